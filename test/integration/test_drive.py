@@ -20,17 +20,14 @@ from testing.processes import python_path
 from tri_glide_interfaces.msg import Output
 from tri_glide_kinematics.control import WAS_STOPPED
 from tri_glide_kinematics.programs import (
-    DriveFile,
-    Dwell,
     ProgramRun,
     ProgramSettings,
     RunState,
     load_kept,
     read_program,
 )
-from tri_glide_kinematics.programs import run as program_run
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
-from tri_glide_kinematics.ros.program_run import ProgramLink
+from tri_glide_kinematics.ros.program_link import ProgramLink
 from tri_glide_kinematics.ros.starting import executable
 
 TIMEOUT = 60.0  # s
@@ -246,15 +243,6 @@ def test_a_file_with_a_mistake_moves_nothing(drive):
     assert command.end() == 1
     assert "drive.yaml: step 2 (wait), seconds: is 'long', must be a finite num" in command.output
     assert "Traceback" not in command.output
-
-
-def test_without_a_machine_it_says_what_is_missing(client, monkeypatch):
-    monkeypatch.setattr(program_run, "START_TIMEOUT", 0.3)
-    steps = DriveFile("", (Dwell(1.0), Dwell(2.0)))
-    run = ProgramRun(ProgramLink(client.node), steps)
-    client.wait_for(lambda: run.look(time.monotonic()) or run.state is RunState.ENDED, "the end")
-    assert [report.result for report in run.reports] == ["lost", "not driven"]
-    assert f"the actions of {client.namespace}/ik_node after 0.3 s" in run.reports[0].text
 
 
 def told_duration(command):

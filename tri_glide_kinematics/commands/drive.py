@@ -67,7 +67,7 @@ from tri_glide_kinematics.workspace import Workspace, places_inside
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-    from tri_glide_kinematics.ros.program_run import ProgramLink
+    from tri_glide_kinematics.ros.program_link import ProgramLink
 
 ENDINGS_TEXT = ", ".join(PROGRAM_ENDINGS)
 
@@ -156,19 +156,10 @@ class _Terminal:
         from rclpy.parameter import parameter_value_to_python
         from rclpy.parameter_client import AsyncParameterClient
 
-        server = self._node.get_namespace().rstrip("/") + "/ik_node"
         client = AsyncParameterClient(self._node, "ik_node")
-        end = time.monotonic() + START_TIMEOUT
-        answer = None
-        while answer is None or not answer.done():
-            if time.monotonic() > end:
-                raise NoMachineError(
-                    f"nobody tells the parameters of {server} after {START_TIMEOUT:g} s: is it "
-                    "running, in this domain and this namespace?"
-                )
-            if answer is None and client.services_are_ready():
-                answer = client.get_parameters([entry.name for entry in IK_NODE])
-            self.listen()
+        self._wait_for(client.services_are_ready, "parameters")
+        answer = client.get_parameters([entry.name for entry in IK_NODE])
+        self._wait_for(answer.done, "parameters")
         told = map(parameter_value_to_python, answer.result().values)
         return {entry.name: entry.checked(value) for entry, value in zip(IK_NODE, told)}
 
@@ -178,14 +169,24 @@ class _Terminal:
         Raises:
             NoMachineError: if nobody tells it.
         """
+        self._wait_for(lambda: link.machine, "state")
+        return link.machine is not None and bool(link.machine.teach_mode)
+
+    def _wait_for(self, condition: Callable[[], object], what: str) -> None:
+        """Wait until ``ik_node`` has told ``what`` is asked for.
+
+        Raises:
+            NoMachineError: if it does not.
+        """
         end = time.monotonic() + START_TIMEOUT
-        while link.machine is None:
+        while not condition():
             if time.monotonic() > end:
+                server = self._node.get_namespace().rstrip("/") + "/ik_node"
                 raise NoMachineError(
-                    f"nobody tells the state of the machine after {START_TIMEOUT:g} s"
+                    f"nobody tells the {what} of {server} after {START_TIMEOUT:g} s: is it "
+                    "running, in this domain and this namespace?"
                 )
             self.listen()
-        return bool(link.machine.teach_mode)
 
     def catch_up(self) -> None:
         """Take in what has come meanwhile."""
@@ -263,7 +264,7 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
     from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
 
-    from tri_glide_kinematics.ros.program_run import ProgramLink
+    from tri_glide_kinematics.ros.program_link import ProgramLink
     from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
 
     choose_transport()

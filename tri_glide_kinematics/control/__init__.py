@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.command_queue import COMMAND_INTERVAL as COMMAND_INTERVAL
     from tri_glide_kinematics.control.command_queue import CYCLES_UNTIL_TOLD as CYCLES_UNTIL_TOLD
     from tri_glide_kinematics.control.command_queue import CommandQueue as CommandQueue
-    from tri_glide_kinematics.control.command_queue import Decided as Decided
     from tri_glide_kinematics.control.command_queue import Inbox as Inbox
     from tri_glide_kinematics.control.command_queue import Kind as Kind
     from tri_glide_kinematics.control.commanded_motion import TEACH_SPEED as TEACH_SPEED

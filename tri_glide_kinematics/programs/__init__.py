@@ -7,7 +7,6 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.programs.check import ProgramCheck as ProgramCheck
     from tri_glide_kinematics.programs.check import check_program as check_program
-    from tri_glide_kinematics.programs.drive_files import NOT_DRIVEN as NOT_DRIVEN
     from tri_glide_kinematics.programs.drive_files import DriveFile as DriveFile
     from tri_glide_kinematics.programs.drive_files import DriveFileError as DriveFileError
     from tri_glide_kinematics.programs.drive_files import ProgressLine as ProgressLine
@@ -36,15 +35,12 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.program import Program as Program
     from tri_glide_kinematics.programs.program import ProgramStop as ProgramStop
     from tri_glide_kinematics.programs.program import Step as Step
-    from tri_glide_kinematics.programs.program import StepReader as StepReader
     from tri_glide_kinematics.programs.program import StopKind as StopKind
-    from tri_glide_kinematics.programs.program import Told as Told
     from tri_glide_kinematics.programs.program import from_line as from_line
     from tri_glide_kinematics.programs.run import START_TIMEOUT as START_TIMEOUT
     from tri_glide_kinematics.programs.run import GoalEnd as GoalEnd
     from tri_glide_kinematics.programs.run import GoalProgress as GoalProgress
     from tri_glide_kinematics.programs.run import MachineNow as MachineNow
-    from tri_glide_kinematics.programs.run import ProgramGoal as ProgramGoal
     from tri_glide_kinematics.programs.run import ProgramMachine as ProgramMachine
     from tri_glide_kinematics.programs.run import ProgramRun as ProgramRun
     from tri_glide_kinematics.programs.settings import Dialect as Dialect
@@ -52,7 +48,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError
     from tri_glide_kinematics.programs.settings import load_settings as load_settings
     from tri_glide_kinematics.programs.timing import NoMotionError as NoMotionError
-    from tri_glide_kinematics.programs.timing import TimedSteps as TimedSteps
     from tri_glide_kinematics.programs.timing import time_steps as time_steps
     from tri_glide_kinematics.programs.words import ProgramError as ProgramError
 

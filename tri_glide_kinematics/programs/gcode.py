@@ -161,6 +161,146 @@ def read_program(
     return _Interpreter(str(file), data, settings or ProgramSettings()).program()
 
 
+class _Offsets:
+    """What is added to a place in the program, by work offsets, G92 and the tool.
+
+    Attributes:
+        work: name of the work offset in force.
+        shift: their sum. Shape (3,) [m].
+    """
+
+    def __init__(self, settings: ProgramSettings) -> None:
+        self.work = "G54"
+        self.shift = [0.0, 0.0, 0.0]
+        self._of_work = {name: settings.offsets.get(name, NOWHERE) for name in WORK_OFFSETS}
+        self._set_off = self._set_off_before = self._of_tool = NOWHERE
+        self._find_shift()
+
+    def select(self, work: str) -> None:
+        """Let another work offset hold."""
+        self.work = work
+        self._find_shift()
+
+    def set_tool(self, offset: Vector3) -> None:
+        """Let the offset of another tool hold [m]."""
+        self._of_tool = offset
+        self._find_shift()
+
+    def set_work(
+        self, name: str, values: Mapping[int, float], here: Sequence[float] | None
+    ) -> None:
+        """Set a work offset for some axes [m]; with ``here``, so that this place has the values."""
+        offset = list(self._of_work[name])
+        for axis, value in values.items():
+            offset[axis] = value
+            if here is not None:
+                offset[axis] = here[axis] - self._set_off[axis] - self._of_tool[axis] - value
+        self._of_work[name] = _vector(offset)
+        self._find_shift()
+
+    def call(self, values: Mapping[int, float], here: Sequence[float]) -> None:
+        """Let the place ``here`` have other values for some axes [m] (G92)."""
+        set_off, work = list(self._set_off), self._of_work[self.work]
+        for axis, value in values.items():
+            set_off[axis] = here[axis] - work[axis] - self._of_tool[axis] - value
+        self._set_off = self._set_off_before = _vector(set_off)
+        self._find_shift()
+
+    def call_no_more(self, *, for_good: bool) -> None:
+        """Let G92 hold no more; ``call_again`` takes it up unless it is ``for_good``."""
+        self._set_off = NOWHERE
+        if for_good:
+            self._set_off_before = NOWHERE
+        self._find_shift()
+
+    def call_again(self) -> None:
+        """Let G92 hold again."""
+        self._set_off = self._set_off_before
+        self._find_shift()
+
+    def _find_shift(self) -> None:
+        self.shift[:] = map(sum, zip(self._of_work[self.work], self._set_off, self._of_tool))
+
+
+class _Writer:
+    """Collects the steps of a program, segment by segment.
+
+    Attributes:
+        steps: that are complete.
+        end: where the last segment ends. Shape (3,) [m].
+        count: how many segments the present path has.
+    """
+
+    def __init__(self, begin: Vector3) -> None:
+        self.steps: list[Step] = []
+        self.end = list(begin)
+        self._begin()
+
+    def _begin(self) -> None:
+        self._start = list(self.end)
+        self.count = 0
+        self._kinds = array("B")
+        self._numbers = array("d")
+        self._speeds = array("d")
+        self._tolerances = array("d")
+        self._lines = array("i")
+        self._rapid = array("b")
+        self._outputs: list[Output] = []
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing to do so far."""
+        return not (self.steps or self.count or self._outputs)
+
+    def add(
+        self,
+        kind: int,
+        numbers: Sequence[float],
+        end: Sequence[float],
+        bounds: tuple[float, float],
+        line: int,
+        rapid: bool,
+    ) -> None:
+        """Add a segment that ends at ``end`` [m], with tolerance [m] and speed [m/s] as bounds."""
+        self.end[:] = end
+        self._kinds.append(kind)
+        self._numbers.extend(numbers)
+        tolerance, speed = bounds
+        self._tolerances.append(tolerance)
+        self._speeds.append(speed)
+        self._lines.append(line)
+        self._rapid.append(rapid)
+        self.count += 1
+
+    def put_out(self, name: str, number: int, value: float, line: int) -> None:
+        """Change an output where the platform is then."""
+        self._outputs.append(Output(name, number, value, line, self.count))
+
+    def rest(self, step: Dwell | ProgramStop) -> None:
+        """Do a ``step`` at the end of the path so far."""
+        self.finish()
+        self.steps.append(step)
+
+    def finish(self) -> None:
+        """Put the path so far into a step, and the outputs before and after it."""
+        count = self.count
+        self.steps += (output for output in self._outputs if output.joint == 0)
+        if count:
+            self.steps.append(self._run(count))
+        after = (output for output in self._outputs if output.joint >= count > 0)
+        self.steps += (replace(output, joint=0) for output in after)
+        self._begin()
+
+    def _run(self, count: int) -> PathRun:
+        lines = np.frombuffer(self._lines, np.int32)
+        kinds, numbers = np.frombuffer(self._kinds, np.uint8), np.frombuffer(self._numbers)
+        bounds = np.frombuffer(self._tolerances), np.frombuffer(self._speeds)
+        x, y, z = self._start
+        segments = FlatPath.of(kinds, numbers, *bounds, 0.0)
+        inner = tuple(output for output in self._outputs if 0 < output.joint < count)
+        return PathRun((x, y, z), segments, lines, np.frombuffer(self._rapid, np.bool_), inner)
+
+
 class _Interpreter:
     """Goes through the lines of one program, with what holds at each."""
 
@@ -187,11 +327,7 @@ class _Interpreter:
         self._plane = (0, 1, 2)
         self._absolute = True
         self._absolute_centres = False
-        self._offsets = {name: settings.offsets.get(name, NOWHERE) for name in WORK_OFFSETS}
-        self._work = "G54"
-        self._set_off = NOWHERE
-        self._set_off_before = NOWHERE
-        self._tool_offset = NOWHERE
+        self._offsets = _Offsets(settings)
         self._tool = self._tool_wanted = 0
         self._tolerance = settings.tolerance
         self._feed = self._customs.first_feed if settings.feed is None else settings.feed
@@ -199,13 +335,9 @@ class _Interpreter:
         self._spindle = 0.0
         self._spindle_speed = 0.0
         self._coolant: set[str] = set()
-        self._shift = [0.0, 0.0, 0.0]
-        self._find_shift()
-        # Where the platform is sent, and where the last segment ends, which is hardly elsewhere.
+        # Where the platform is sent; the last segment ends hardly elsewhere.
         self._here = list(settings.begin)
-        self._end = list(settings.begin)
-        self._steps: list[Step] = []
-        self._begin_run()
+        self._writer = _Writer(settings.begin)
 
     def program(self) -> Program:
         """Return the whole program."""
@@ -216,11 +348,12 @@ class _Interpreter:
                 self._read(block)
         if not self._ended:
             self._check_end(lines)
-        self._finish_run()
-        if not self._steps:
+        self._writer.finish()
+        if not self._writer.steps:
             raise ProgramError(self._file, 0, 0, "", "it says nothing that can be done")
         told = tuple(self._told.values())
-        return Program(self._file, tuple(self._steps), told, lines, self._size, self._digest)
+        steps = tuple(self._writer.steps)
+        return Program(self._file, steps, told, lines, self._size, self._digest)
 
     # Lines
 
@@ -258,7 +391,7 @@ class _Interpreter:
             return
         if words[0].letter == PERCENT:
             # The first one may begin the program, the second one ends it.
-            is_begun = bool(self._steps or self._count or self._outputs)
+            is_begun = not self._writer.is_empty
             self._ended = self._is_after_percent or is_begun or self._motion is not None
             self._is_after_percent = True
             return
@@ -315,10 +448,10 @@ class _Interpreter:
                 return False
             self._feed = feed
         self._motion = motion
-        here, end = self._here, self._end
+        here, end = self._here, self._writer.end
         unit = self._unit
         if self._absolute:
-            shift = self._shift
+            shift = self._offsets.shift
             if x >= 0:
                 here[0] = values[begin + x] * unit + shift[0]
             if y >= 0:
@@ -339,89 +472,38 @@ class _Interpreter:
 
     def _add_line(self, rapid: bool, at_full_speed: bool) -> None:
         """Add the line from the end of the last segment to where the platform is sent."""
-        self._make_room()
-        x, y, z = self._end[:] = self._here
+        if self._writer.count >= self._most:
+            self._begin_another_path()
+        here = self._here
+        x, y, z = here
         if not (-FAR < x < FAR and -FAR < y < FAR and -FAR < z < FAR):
             self._fail_far()
-        self._numbers.extend((x, y, z))
-        self._kinds.append(0)
-        self._add(rapid, at_full_speed)
+        bounds = self._tolerance, 0.0 if at_full_speed else self._speed()
+        self._writer.add(0, here, here, bounds, self._line, rapid)
 
-    def _add(self, rapid: bool, at_full_speed: bool) -> None:
-        """Add what lines and arcs have."""
-        if at_full_speed:
-            self._speeds.append(0.0)
-        else:
-            if self._feed == 0.0:
-                self._fail_without_feed()
-            self._speeds.append(self._feed * self._part_of_feed)
-        self._tolerances.append(self._tolerance)
-        self._lines.append(self._line)
-        self._rapid.append(rapid)
-        self._count += 1
+    def _begin_another_path(self) -> None:
+        """Stop there, as this path can have no more segments."""
+        if self._motors_off:
+            reason = f"the motors are off since line {self._motors_off}: write G28 before it"
+            self._fail(-1, reason)
+        self._tell("stop", f"the platform stops there: a path has {MOST_SEGMENTS} segments")
+        self._writer.finish()
 
-    def _make_room(self) -> None:
-        """Begin another path if this one can have no more segments."""
-        if self._count >= self._most:
-            if self._motors_off:
-                reason = f"the motors are off since line {self._motors_off}: write G28 before it"
-                self._fail(-1, reason)
-            self._tell("stop", f"the platform stops there: a path has {MOST_SEGMENTS} segments")
-            self._finish_run()
+    def _speed(self) -> float:
+        """Return the speed that F asks for [m/s]."""
+        if self._feed == 0.0:
+            per = "mm/s" if self._customs.feed_time == 1.0 else "mm/min"
+            words = self._reader.words_of(self._line)
+            index = next((n for n, word in enumerate(words) if word.letter in AXES + OFFSETS), -1)
+            reason = f"no F says how fast this is: write one, such as F600 ({per}), before it"
+            self._fail(index, reason)
+        return self._feed * self._part_of_feed
 
     def _fail_far(self) -> NoReturn:
         self._fail(-1, f"it leads farther than {FAR:g} m: are its units right?")
 
-    def _fail_without_feed(self) -> NoReturn:
-        per = "mm/s" if self._customs.feed_time == 1.0 else "mm/min"
-        words = self._reader.words_of(self._line)
-        index = next((n for n, word in enumerate(words) if word.letter in AXES + OFFSETS), -1)
-        self._fail(index, f"no F says how fast this is: write one, such as F600 ({per}), before it")
-
-    # Runs
-
-    def _begin_run(self) -> None:
-        self._start = list(self._end)
-        self._count = 0
-        self._kinds = array("B")
-        self._numbers = array("d")
-        self._speeds = array("d")
-        self._tolerances = array("d")
-        self._lines = array("i")
-        self._rapid = array("b")
-        self._outputs: list[Output] = []
-
-    def _finish_run(self) -> None:
-        """Put the path so far into a step, and the outputs before and after it."""
-        count = self._count
-        before = [output for output in self._outputs if output.joint == 0]
-        inner = [output for output in self._outputs if 0 < output.joint < count]
-        after = [output for output in self._outputs if output.joint >= count > 0]
-        self._steps += before
-        if count:
-            self._steps.append(self._run(tuple(inner)))
-        self._steps += (replace(output, joint=0) for output in after)
-        self._begin_run()
-
-    def _run(self, outputs: tuple[Output, ...]) -> PathRun:
-        lines = np.frombuffer(self._lines, np.int32)
-        kinds, numbers = np.frombuffer(self._kinds, np.uint8), np.frombuffer(self._numbers)
-        bounds = np.frombuffer(self._tolerances), np.frombuffer(self._speeds)
-        x, y, z = self._start
-        segments = FlatPath.of(kinds, numbers, *bounds, 0.0)
-        return PathRun((x, y, z), segments, lines, np.frombuffer(self._rapid, np.bool_), outputs)
-
     def _put_out(self, name: str, number: int, value: float) -> None:
-        self._outputs.append(Output(name, number, value, self._line, self._count))
-
-    def _rest(self, step: Dwell | ProgramStop) -> None:
-        self._finish_run()
-        self._steps.append(step)
-
-    def _find_shift(self) -> None:
-        """Find what is added to a place in the program."""
-        offsets = (self._offsets[self._work], self._set_off, self._tool_offset)
-        self._shift[:] = map(sum, zip(*offsets))
+        self._writer.put_out(name, number, value, self._line)
 
     # All other lines
 
@@ -472,7 +554,7 @@ class _Interpreter:
         if name in MOTORS_OFF:
             axes = any(line.index(letter) >= 0 for letter in AXES)
             if axes or (line.index("S") < 0 and line.index("E") < 0):
-                self._finish_run()
+                self._writer.finish()
                 self._motors_off, self._most = self._line, 0
         return False
 
@@ -518,7 +600,7 @@ class _Interpreter:
             self._tool_wanted = wanted
         if 60 in line.m:
             self._tool = self._tool_wanted
-            self._rest(ProgramStop(StopKind.TOOL, self._line, self._tool))
+            self._writer.rest(ProgramStop(StopKind.TOOL, self._line, self._tool))
         elif wanted is not None and self._customs.homes_whole:
             self._tool = wanted
             self._tell("T", "tools are not changed")
@@ -571,7 +653,7 @@ class _Interpreter:
             elif code in (430, 490):
                 self._set_tool_offset(line, code, index)
             elif f"G{code / 10:g}" in WORK_OFFSETS:
-                self._work = f"G{code / 10:g}"
+                self._offsets.select(f"G{code / 10:g}")
             elif code == 610:
                 if self._customs.restores_at_61:
                     self._fail(index, "stored places are not understood: write the place instead")
@@ -585,7 +667,6 @@ class _Interpreter:
                 if least > FAR:
                     self._fail(index, f"its tolerance {least:g} m must be at most {FAR:g} m")
                 self._tolerance = least
-        self._find_shift()
 
     def _set_tool_offset(self, line: _Line, code: int, index: int) -> None:
         tool = 0
@@ -595,7 +676,8 @@ class _Interpreter:
         if tool and tool not in self._settings.tools:
             reason = f"no offset of tool {tool} is known: name it in the settings under tools"
             self._fail(index, reason)
-        self._tool_offset = self._settings.tools.get(tool, NOWHERE) if code == 430 else NOWHERE
+        tools = self._settings.tools
+        self._offsets.set_tool(tools.get(tool, NOWHERE) if code == 430 else NOWHERE)
 
     def _do_once(self, line: _Line) -> bool:
         """Carry out what holds for this line alone; return whether it takes the axes."""
@@ -620,23 +702,16 @@ class _Interpreter:
             duration = line.take("S")
         if duration is None or not duration >= 0.0:
             self._fail(index, "it needs a time, which is at least 0")
-        self._rest(Dwell(duration, self._line))
+        self._writer.rest(Dwell(duration, self._line))
 
     def _set_work_offset(self, line: _Line, index: int) -> None:
         kind, number = line.whole("L"), line.whole("P") or 0
         if kind not in (2, 20) or number > len(WORK_OFFSETS):
             self._fail(index, f"only L2 and L20 with P0 to P{len(WORK_OFFSETS)} are understood")
-        name = WORK_OFFSETS[number - 1] if number else self._work
-        offset = list(self._offsets[name])
-        for axis, letter in enumerate(AXES):
-            value = line.take(letter)
-            if value is not None:
-                offset[axis] = value * self._unit
-                if kind == 20:
-                    others = self._set_off[axis] + self._tool_offset[axis]
-                    offset[axis] = self._here[axis] - others - value * self._unit
-        self._offsets[name] = _vector(offset)
-        self._find_shift()
+        name = WORK_OFFSETS[number - 1] if number else self._offsets.work
+        told = {axis: line.take(letter) for axis, letter in enumerate(AXES)}
+        values = {axis: value * self._unit for axis, value in told.items() if value is not None}
+        self._offsets.set_work(name, values, self._here if kind == 20 else None)
 
     def _set_off_position(self, line: _Line, code: int, index: int) -> None:
         if code == 920:
@@ -645,19 +720,14 @@ class _Interpreter:
                 return
             if not named and not self._customs.resets_without_axes:
                 self._fail(index, "it needs X, Y or Z: what the present place is to be called")
-            set_off = list(self._set_off)
-            for axis in named or range(3):
-                value = line.take(AXES[axis]) or 0.0
-                others = self._offsets[self._work][axis] + self._tool_offset[axis]
-                set_off[axis] = self._here[axis] - others - value * self._unit
-            self._set_off = self._set_off_before = _vector(set_off)
+            values = {
+                axis: (line.take(AXES[axis]) or 0.0) * self._unit for axis in named or range(3)
+            }
+            self._offsets.call(values, self._here)
         elif code == 923:
-            self._set_off = self._set_off_before
+            self._offsets.call_again()
         else:
-            self._set_off = NOWHERE
-            if code == 921:
-                self._set_off_before = NOWHERE
-        self._find_shift()
+            self._offsets.call_no_more(for_good=code == 921)
 
     def _go_home(self, line: _Line, index: int) -> None:
         home = self._settings.home
@@ -669,16 +739,15 @@ class _Interpreter:
             for letter in "XYZWOL":
                 line.drop(letter)
             self._here[:] = home
-            self._set_off = NOWHERE
-            self._find_shift()
+            self._offsets.call_no_more(for_good=False)
         else:
-            self._take_target(line, self._shift)
+            self._take_target(line, self._offsets.shift)
             self._go(at_full_speed=True)
             for axis in named or range(3):
                 self._here[axis] = home[axis]
         self._go(at_full_speed=True)
         if self._customs.homes_whole:
-            self._finish_run()
+            self._writer.finish()
 
     # Motion
 
@@ -704,7 +773,7 @@ class _Interpreter:
             return
         is_machine = 530 in line.g
         absolute, self._absolute = self._absolute, self._absolute or is_machine
-        self._take_target(line, NOWHERE if is_machine else self._shift)
+        self._take_target(line, NOWHERE if is_machine else self._offsets.shift)
         self._absolute = absolute
         rapid = self._motion == 0
         self._go(rapid, rapid and not self._customs.rapid_at_feed)
@@ -719,7 +788,7 @@ class _Interpreter:
 
     def _go(self, rapid: bool = True, at_full_speed: bool = False) -> None:
         """Add the line to where the platform is sent, if it has a length."""
-        if math.dist(self._here, self._end) >= SHORTEST:
+        if math.dist(self._here, self._writer.end) >= SHORTEST:
             self._add_line(rapid, at_full_speed)
 
     def _move_on_arc(self, line: _Line) -> None:
@@ -732,7 +801,7 @@ class _Interpreter:
         if line.take(OFFSETS[along]):
             self._fail(spare, f"{OFFSETS[along]} has no meaning in this plane (G17 to G19)")
         radius, start = line.take("R"), tuple(self._here)
-        self._take_target(line, self._shift)
+        self._take_target(line, self._offsets.shift)
         end = tuple(self._here)
         clockwise = self._motion == 20
         ends = ((start[p], start[q]), (end[p], end[q]))
@@ -747,7 +816,7 @@ class _Interpreter:
                 if None in centre_words:
                     raise NoArcError(f"with G90.1 it needs {OFFSETS[p]} and {OFFSETS[q]}")
                 near = [
-                    word * self._unit + self._shift[axis]
+                    word * self._unit + self._offsets.shift[axis]
                     for word, axis in zip(centre_words, (p, q))
                     if word is not None
                 ]
@@ -779,24 +848,24 @@ class _Interpreter:
         axis[along] = 1.0
         if not max(map(abs, (*middle, *end, rise))) < FAR:
             self._fail_far()
-        self._make_room()
-        self._numbers.extend((*middle, *axis, angle))
+        numbers, kind = [*middle, *axis, angle], SegmentKind.ARC_ABOUT
         if rise:
-            self._numbers.append(rise)
-        self._kinds.append(SegmentKind.HELIX_ABOUT if rise else SegmentKind.ARC_ABOUT)
-        self._end[:] = end
-        self._add(False, False)
+            numbers.append(rise)
+            kind = SegmentKind.HELIX_ABOUT
+        if self._writer.count >= self._most:
+            self._begin_another_path()
+        self._writer.add(kind, numbers, end, (self._tolerance, self._speed()), self._line, False)
 
     def _stop(self, line: _Line) -> None:
         for code in line.m:
             if code in _PAUSES and (code != 10 or self._settings.optional_stop):
-                self._rest(ProgramStop(_PAUSES[code], self._line))
+                self._writer.rest(ProgramStop(_PAUSES[code], self._line))
             elif code in _ENDS:
                 if self._spindle:
                     self._put_out("spindle", 0, 0.0)
                 for name in sorted(self._coolant):
                     self._put_out(name, 0, 0.0)
-                self._rest(ProgramStop(StopKind.END, self._line))
+                self._writer.rest(ProgramStop(StopKind.END, self._line))
                 self._ended = True
 
 

@@ -97,6 +97,7 @@ class GoalSender:
     def __init__(self, node: Node) -> None:
         """Look for the actions as a part of ``node``."""
         self.server = node.get_namespace().rstrip("/") + "/ik_node"
+        self._node = node
         for made_of in (MoveTo.Impl, FollowPath.Impl):
             services = made_of.SendGoalService, made_of.CancelGoalService, made_of.GetResultService
             read_kinds_within_bytes(service.Response for service in services)
@@ -107,6 +108,15 @@ class GoalSender:
     def is_ready(self) -> bool:
         """Whether there is somebody who offers the actions."""
         return self._move_to.server_is_ready() and self._follow_path.server_is_ready()
+
+    @property
+    def identities(self) -> frozenset[bytes]:
+        """Identifiers of those that publish the state of ``ik_node``.
+
+        One that was started anew is another one. One that was killed is seen for a while beside it.
+        """
+        publishers = self._node.get_publishers_info_by_topic("ik_node/machine_state")
+        return frozenset(bytes(each.endpoint_gid) for each in publishers)
 
     def move_to(
         self, position: Vector3, frame: str = "", speed: float = 0.0, kind: str = ""

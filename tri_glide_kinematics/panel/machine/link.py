@@ -60,7 +60,6 @@ class MachineLink:
         self._enable = node.create_client(SetBool, "ik_node/enable")
         self._teach_mode = node.create_client(SetBool, "ik_node/teach_mode")
         self._parameters = AsyncParameterClient(node, "ik_node")
-        self._node = node
         self._goals = GoalSender(node)
         self.server = self._goals.server
         self.on_resume: Callable[[], bool] = lambda: False
@@ -69,14 +68,9 @@ class MachineLink:
 
     @property
     def identity(self) -> Identity:
-        """Which ``ik_node`` it is, empty if there is none that can be stopped.
-
-        One that was started anew is another one. One that was killed is seen for a while beside it.
-        """
-        if not self._triggers["stop"].service_is_ready():
-            return NOBODY
-        publishers = self._node.get_publishers_info_by_topic("ik_node/machine_state")
-        return frozenset(bytes(each.endpoint_gid) for each in publishers)
+        """Which ``ik_node`` it is, empty if there is none that can be stopped."""
+        can_stop = self._triggers["stop"].service_is_ready()
+        return self._goals.identities if can_stop else NOBODY
 
     def stop(self) -> None:
         """Ask for a stop, from any thread."""

@@ -28,7 +28,6 @@ class ProgramLink(GoalSender):
         """Run programs as a part of ``node``."""
         super().__init__(node)
         self.machine: MachineState | None = None
-        self._node = node
         self._outputs = node.create_publisher(OutputMessage, "outputs", LATEST_OUTPUTS)
         node.create_subscription(MachineState, "ik_node/machine_state", self._take, LATEST)
 
@@ -40,12 +39,6 @@ class ProgramLink(GoalSender):
             return None
         place = vector_of(told.position)
         return MachineNow(state_of(told), told.stops, told.speed, place, told.segment)
-
-    @property
-    def identities(self) -> frozenset[bytes]:
-        """Identifiers of those that publish the state."""
-        publishers = self._node.get_publishers_info_by_topic("ik_node/machine_state")
-        return frozenset(bytes(each.endpoint_gid) for each in publishers)
 
     @property
     def has_delivered(self) -> bool:
