@@ -280,11 +280,14 @@ def _gentle_stop(state: SliderState, limits: SliderLimits, part: float) -> OwnSt
     sharpest = min(jerk / share for jerk, share in zip(limits.jerk, parts))
     left = 1.0
     for bound in limits.added:
+        if bound.order == 1:
+            # It leaves accelerations alone.
+            continue
         steady, braking = (
             bound.part_at(state._replace(accelerations=_against(state, level * hardest, shares)))
             for level in (0.0, 1.0)
         )
-        if not steady < part:
+        if not (steady < part and braking < inf):
             return None
         if braking > part:
             left = min(left, (part - steady) / (braking - steady))
