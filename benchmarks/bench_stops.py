@@ -302,8 +302,17 @@ def stopped(drive: Drive) -> tuple[float, float]:
 
 def _copied(engine: MotionEngine) -> MotionEngine:
     """Return an engine in the same state, which holds its own plan from now on."""
-    holder, preparation = engine._holder, engine._execution.plans.preparation
-    same = (engine._workspace, engine.machine, holder.motion, holder.shaped, preparation)
+    holder, execution = engine._holder, engine._execution
+    same = (
+        engine._workspace,
+        engine.machine,
+        holder.motion,
+        holder.shaped,
+        execution.replanning,
+        execution.tracking.tracker,
+        execution.plans.preparation,
+        execution._path_measuring,
+    )
     return deepcopy(engine, {id(each): each for each in same})
 
 

@@ -26,14 +26,15 @@ from tri_glide_kinematics.motion.engine.tracker import Tracking
 from tri_glide_kinematics.motion.errors import SOUND, NotStartedError
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
-from tri_glide_kinematics.motion.shaped import SlowedPlan
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.tracking import MovingTarget
+from tri_glide_kinematics.motion.trajectory import Trajectory
 from tri_glide_kinematics.workspace import Workspace
 
-# A stop of what is shaped, if it is not ready within its call, begins after this time; where none
-# is proved by then, the machine brakes without the shaper [s].
-SHAPED_STOP = 0.024
+# A stop that is shaped or has added bounds, if it is not ready within its call, begins after this
+# time, as its proof takes many pieces. Where nothing that is shaped is proved by then, the machine
+# brakes without the shaper [s].
+PROVED_STOP = 0.024
 
 
 class PlanExecution:
@@ -66,6 +67,8 @@ class PlanExecution:
         self.plans = PlanReplacing(holder, self.replanning, self.shaped_plans, in_pieces)
         self.tracking = Tracking(self.plans, workspace)
         self._path_measuring = PathMeasuring()
+        # What a stop was slowed down to last, while it waits for a better braking.
+        self._slowed_plan: Trajectory | None = None
 
     def step(self, dt: float) -> SliderState:
         """Advance by ``dt`` [s] and return the setpoint.
@@ -157,18 +160,20 @@ class PlanExecution:
         self.plans.replace(held.with_goal(None).waiting_to_brake())
         stays = held.goal.has_line
         self.plans.prepare_braking(urgent=True, stays=stays)
-        if self.holder.shaped is None or self._is_stopping_in_time:
-            self._slow_down_a_stop()
+        making = partial(self.plans.braked, stays)
+        if self.holder.shaped is not None and not self._is_stopping_in_time:
+            making = partial(self.shaped_plans.braked_in_time, making)
         else:
-            # To prove it takes many pieces: it begins a little later.
-            start = self.holder.time + (SHAPED_STOP if self.plans.in_pieces else 0.0)
-            making = partial(self.shaped_plans.braked_in_time, partial(self.plans.braked, stays))
-            self.plans.begin(making, None, start, LeadTime(), 1)
+            self._slow_down_a_stop()
+            if self.plans.preparation is None or not self._needs_many_pieces:
+                return
+        start = self.holder.time + (PROVED_STOP if self.plans.in_pieces else 0.0)
+        self.plans.begin(making, None, start, LeadTime(), 1)
 
     def _slow_down_a_stop(self) -> None:
         """Brake, at once, where a stop has no braking yet that obeys its law."""
         held = self.holder.held
-        if held.goal is not None or isinstance(held.plan, SlowedPlan) or self._is_stopping_in_time:
+        if held.goal is not None or held.plan is self._slowed_plan or self._is_stopping_in_time:
             return
         making = self._slowed if self.holder.shaped is None else self.shaped_plans.unshaped
         try:
@@ -177,10 +182,18 @@ class PlanExecution:
         except KinematicsError:
             return
         if slowed.plan is not held.plan:
+            self._slowed_plan = slowed.plan
             self.plans.preparation = None
             self.plans.replace(slowed)
             if not slowed.brakes:
                 self.plans.try_again()
+
+    @property
+    def _needs_many_pieces(self) -> bool:
+        """Whether a braking that is not ready at once will not be so in a few cycles, either."""
+        held = self.holder.held
+        waits = not self._is_stopping_in_time and held.plan is not self._slowed_plan
+        return waits and bool(held.limits.sliders.added)
 
     @property
     def _is_stopping_in_time(self) -> bool:

@@ -11,6 +11,8 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
+import numpy as np
+
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.command import Command
@@ -313,8 +315,12 @@ class Replanning:
             return replace(held, role=PlanRole.BRAKES)
         if held.path_plan is not None:
             return (yield from self._paths.braked(held, held.path_plan, time))
-        state = plan.at(time)
+        state, tried = plan.at(time), None
         for limits in gentler(held.limits.effective, state):
+            if tried is not None and np.array_equal(limits.table, tried):
+                # Accelerations are no lower than the present ones.
+                continue
+            tried = limits.table
             braked = yield from self._braked_within(held, time, state, limits, stays=stays)
             if braked.role is PlanRole.BRAKES or not limits.added:
                 break
@@ -324,17 +330,29 @@ class Replanning:
     def slowed(self, held: HeldMotion, time: float) -> Interruptible[HeldMotion]:
         """Return ``held`` with its plan slowed down to rest on its own way, if that is proved.
 
+        A plan that gets faster may do so on while it is slowed down; where little is left beside
+        the weight, bounded forces cannot brake that any more. There the sliders come to rest
+        together, as gently as that is.
+
         Args:
             held: what is held, in motion.
             time: when that begins.
         """
-        own = own_stop(held.plan.at(time), held.limits.scaled).duration
+        state, limits = held.plan.at(time), held.limits.effective
+        own = own_stop(state, held.limits.scaled).duration
         duration = max(SLOWED * own, SHORTEST_SLOWED)
         if duration < held.plan.duration - time:
             slowed = SlowedPlan(self._workspace.machine, held.plan, time, duration)
-            use = yield from slowed.limit_use(held.limits.effective)
+            use = yield from slowed.limit_use(limits)
             if use.within(SLOWED_ROUNDING):
                 return replace(held, plan=slowed, role=PlanRole.BRAKES)
+        if limits.added:
+            region, left = self._region(held, time), held.plan.duration - time
+            try:
+                gentle = yield from self._planner.stopping.gently(state, limits, region, left)
+                return replace(held, plan=gentle, role=PlanRole.BRAKES)
+            except KinematicsError:
+                pass
         return replace(held, role=PlanRole.EARLIER)
 
     def _braked_within(

@@ -22,8 +22,10 @@ from tri_glide_kinematics.motion.tracking import (
     braking_alone,
     braking_together,
     first_certified,
+    to_zero,
 )
 from tri_glide_kinematics.motion.trajectory import CubicPlan, Trajectory, total_duration
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 # On a line or a path a stop may take this many times the sliders' own stop.
@@ -46,6 +48,14 @@ ALONG_PIECES = 5
 
 # A stop may be traced at this many places; more would take too long for a control cycle.
 STOP_SAMPLES = 140
+
+# Where little is left of added bounds, as beside a weight, a gentle stop uses one of these parts of
+# that when it begins: the first that is proved. On its way to rest it may use a little more.
+GENTLE_PARTS = (0.9, 0.6, 0.3)
+
+# A gentle stop divides accelerations among the sliders as their velocities are; each has this part
+# of the largest at least.
+LEAST_SHARE = 1e-3
 
 # Makes a trajectory, or raises a KinematicsError.
 Candidate = Callable[[], Interruptible[Trajectory]]
@@ -130,6 +140,33 @@ class Stopping:
         if along is not None:
             raise PlanningError("no braking keeps all limits just now")
         return (yield from self.along_line(state, limits, region, left))
+
+    def gently(
+        self, state: SliderState, limits: SliderLimits, region: Workspace, longest: float
+    ) -> Interruptible[Trajectory]:
+        """Return a stop of all sliders together, as hard as added bounds let it be.
+
+        Accelerations with which the sliders get faster are taken back at once. The others are no
+        larger than the bounds allow in this direction, which may be much less.
+
+        Args:
+            state: of the sliders, in motion.
+            limits: of the sliders.
+            region: where the platform may be.
+            longest: time that it may take [s].
+
+        Raises:
+            PlanningError: if none is found that keeps all limits.
+        """
+        for part in GENTLE_PARTS:
+            stop = _gentle_stop(state, limits, part)
+            if stop is None or stop.duration >= longest:
+                break
+            try:
+                return (yield from self._certified(state, stop, limits, region))
+            except PlanningError:
+                yield
+        raise PlanningError("no gentle stop keeps all limits")
 
     def candidates(
         self, state: SliderState, limits: SliderLimits, region: Workspace
@@ -228,6 +265,54 @@ def _at_hand(making: Interruptible[Trajectory], pieces: int) -> Interruptible[Tr
             return plan
         yield
     raise PlanningError("the braking along the line takes too long to find")
+
+
+def _gentle_stop(state: SliderState, limits: SliderLimits, part: float) -> OwnStop | None:
+    """Return a stop that uses a ``part`` of what added bounds leave now; None if that is nothing.
+
+    What a bound uses grows with the accelerations no faster than on a straight line, from what the
+    velocities use: so a part of it is not exceeded.
+    """
+    shares, present = _shares(state.velocities), _shares(state.accelerations)
+    hardest = min(most / share for most, share in zip(limits.acceleration, shares))
+    # The present accelerations are taken back together, too.
+    parts = [max(pair) for pair in zip(shares, present)]
+    sharpest = min(jerk / share for jerk, share in zip(limits.jerk, parts))
+    left = 1.0
+    for bound in limits.added:
+        if bound.order == 1:
+            # It leaves accelerations alone.
+            continue
+        steady, braking = (
+            bound.part_at(state._replace(accelerations=_against(state, level * hardest, shares)))
+            for level in (0.0, 1.0)
+        )
+        if not (steady < part and braking < inf):
+            return None
+        if braking > part:
+            left = min(left, (part - steady) / (braking - steady))
+    ways: list[Braking] = []
+    for velocity, acceleration, share, jerk_share in zip(*state[1:], shares, parts):
+        most, jerk = left * hardest * share, sharpest * jerk_share
+        ways.append(to_zero(velocity, acceleration, -most, most, jerk))
+    return _timed(ways)
+
+
+def _shares(values: Vector3) -> list[float]:
+    """Return the sizes of ``values`` as parts of the largest; all of it where they are zero."""
+    largest = max(map(abs, values))
+    if largest == 0.0:
+        return [1.0, 1.0, 1.0]
+    return [max(abs(value) / largest, LEAST_SHARE) for value in values]
+
+
+def _against(state: SliderState, level: float, shares: list[float]) -> Vector3:
+    """Return accelerations of a ``level`` against the velocities, each slider with its share."""
+    one, two, three = (
+        -level * share if velocity > 0.0 else level * share
+        for velocity, share in zip(state.velocities, shares)
+    )
+    return one, two, three
 
 
 def _under_way(state: SliderState) -> list[SliderWay]:
