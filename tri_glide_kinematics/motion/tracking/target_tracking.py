@@ -8,7 +8,7 @@ the target does takes its part of the limits of velocity and acceleration.
 A target may end at any time. Sliders that catch up in the shortest time are then so fast that the
 platform dives below the end. So they are no faster than ones that could still arrive where the
 target is now, or a little ahead of it (``MovingTarget.lead``), with the velocity that it has. They
-arrive in the frame of its motion: one axis along its velocity, seen by the sliders, and two across.
+arrive in the frame of their way there: one axis along it and two across.
 Sliders that arrive each for itself do so one after the other, and lead the platform aside and past
 the end.
 """
@@ -43,9 +43,12 @@ FRACTION_OF_VELOCITY = 0.98
 FRACTION_OF_ACCELERATION = 0.5
 
 # What of the limits of acceleration and jerk sliders count on that could arrive where the target is
-# now: along its motion, and in each direction across. One slider may need all three.
-SHARE_ALONG = 0.7
-SHARE_ACROSS = 0.2
+# now: along their way there, and in each direction across. One slider may need all three.
+SHARE_ALONG = 0.65
+SHARE_ACROSS = 0.25
+
+# The frame is along the way to where the target is so much later, so near it along its motion [s].
+ONWARDS = 0.02
 
 # What of them the acceleration may take with which they arrive.
 FRACTION_OF_BEND = 0.9
@@ -187,26 +190,30 @@ class TargetTracking:
         size = hypot(*rates)
         if not size > 0.0:
             return caught
-        frame = _frame_along([rate / size for rate in rates])
-        heights, velocities, accelerations = [_turned(frame, each) for each in zip(*own)]
-        place, *beside = _turned(frame, places)
+        missing = [place - height for place, (height, _, _) in zip(places, own)]
         # The way onto a target that comes near leads away from where it goes.
-        if place - heights[0] <= lead * size:
+        if sum(map(mul, missing, rates)) <= lead * size * size:
             return caught
+        onwards = lead + ONWARDS
+        chord = [behind + onwards * rate for behind, rate in zip(missing, rates)]
+        length = hypot(*chord)
+        frame = _frame_along([part / length for part in chord])
+        heights, velocities, accelerations = [_turned(frame, each) for each in zip(*own)]
+        aims = [place + (lead - period) * rate for place, rate in zip(places, rates)]
         limits = []
         for share, most in zip((FRACTION_OF_VELOCITY, SHARE_ALONG, SHARE_ALONG), zip(*bounds)):
             along = min(one / (abs(part) + TINY) for one, part in zip(most, frame[0]))
             across = SHARE_ACROSS * min(most)
             limits.append((share * along, across, across))
-        (fastest, *_), most, jerk = limits
+        fastest, most, _ = limits
         # On a curve it goes on across; a target that slows down is not run after.
         bend, *aside = _turned(frame, bends)
         found = self._ruckig.to_pass(
-            (place + (lead - period) * size, *beside),
-            (min(size, fastest), 0.0, 0.0),
+            _turned(frame, aims),
+            [within(rate, bound) for rate, bound in zip(_turned(frame, rates), fastest)],
             list(zip(heights, velocities, accelerations)),
-            (limits[0], most, jerk),
-            [within(one, FRACTION_OF_BEND * m) for one, m in zip((min(bend, 0.0), *aside), most)],
+            (limits[0], limits[1], limits[2]),
+            [within(a, FRACTION_OF_BEND * b) for a, b in zip((min(bend, 0.0), *aside), most)],
         )
         third = period / 3.0
         jerks = []
