@@ -5,17 +5,19 @@ end of the step. A slider that can have them by then, within its limits, gets th
 catches up in the shortest time, seen from a frame that moves with the slider of the target: what
 the target does takes its part of the limits of velocity and acceleration.
 
-A target may end at any time. A slider that catches up in the shortest time is then so fast that it
-dives below the end. So it is no faster than one that could still arrive where the target is now, or
-a little ahead of it (``MovingTarget.lead``), with the velocity that the target has. All sliders
-catch up at the same time: one after the other they lead the platform aside, and past the end.
+A target may end at any time. Sliders that catch up in the shortest time are then so fast that the
+platform dives below the end. So they are no faster than ones that could still arrive where the
+target is now, or a little ahead of it (``MovingTarget.lead``), with the velocity that it has. They
+arrive in the frame of their way there: one axis along it and two across.
+Sliders that arrive each for itself do so one after the other, and lead the platform aside and past
+the end.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from math import hypot, inf
-from operator import truediv
+from operator import mul, sub
 
 from tri_glide_kinematics.motion.limits import EDGE_CLEARANCE, SliderLimits, SliderState
 from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget
@@ -40,12 +42,16 @@ from tri_glide_kinematics.workspace import Workspace
 FRACTION_OF_VELOCITY = 0.98
 FRACTION_OF_ACCELERATION = 0.5
 
-# What of the limits of acceleration and jerk a platform counts on that could arrive where the
-# target is now: on a way that bends the sliders need the rest.
-FRACTION_OF_ARRIVAL = 0.85
+# What of the limits of acceleration and jerk sliders count on that could arrive where the target is
+# now: along their way there, and in each direction across. One slider may need all three.
+SHARE_ALONG = 0.65
+SHARE_ACROSS = 0.25
 
-# A slider that moves less than this part of the fastest one lets the platform dive but little.
-LEAST_PART = 0.25
+# The frame is along the way to where the target is so much later, so near it along its motion [s].
+ONWARDS = 0.02
+
+# What of them the acceleration may take with which they arrive.
+FRACTION_OF_BEND = 0.9
 
 # What of the limits a platform takes that catches up on a straight line: a slider may have to move
 # more than the platform.
@@ -115,26 +121,15 @@ class TargetTracking:
             return ways
         # It would end in a to and fro next to the edge.
         self._workspace.check_position(position)
-        # What added bounds leave in all directions: a step that counts on more cannot be ended.
-        left = min((each.acceleration(state.heights) for each in limits.added), default=inf)
+        # What added bounds leave in all directions, here and at the target: a step that counts on
+        # more cannot be ended.
+        places = state.heights, heights
+        left = min((e.acceleration(place) for e in limits.added for place in places), default=inf)
         bounds = [(fastest, min(most, left), jerk) for fastest, most, jerk in bounds]
         caught = self._catch_up(own, wanted, bounds, period)
         speed = hypot(*velocity)
         if speed > 0.0 and lead < inf:
-            arriving = self._arrive(own, wanted, bounds, (speed, lead), period)
-            # The slower one of both, for each slider that is behind by more than the lead. The way
-            # onto a target that comes near leads away from where it goes.
-            least = LEAST_PART * max(map(abs, rates))
-            caught = [
-                arrival
-                if abs(rate) > least
-                and rate * (place - height) > max(lead, TINY) * rate * rate / speed
-                and rate * (way.velocity - arrival.velocity) > TINY * speed
-                else way
-                for (height, _, _), (place, rate, _), way, arrival in zip(
-                    own, wanted, caught, arriving
-                )
-            ]
+            caught = self._held_back(caught, own, wanted, bounds, lead / speed, period)
         return [way or other for way, other in zip(onto, caught)]
 
     def _catch_up(
@@ -172,38 +167,85 @@ class TargetTracking:
             for (_, velocity, acceleration), phases in zip(own, found)
         ]
 
-    def _arrive(
+    def _held_back(
         self,
+        caught: list[SliderWay],
         own: Sequence[Setpoint],
         wanted: Sequence[Setpoint],
         bounds: Sequence[Bounds],
-        motion: tuple[float, float],
+        lead: float,
         period: float,
     ) -> list[SliderWay]:
-        """Return steps on the shortest ways to where the target is, with its velocity there.
-
-        Each slider has the part of the limits that it has of the motion, so that the platform
-        arrives as one with equal limits in all directions would.
+        """Return steps that are no faster than those to where the target is, with its velocity.
 
         Args:
+            caught: steps on the shortest ways to where it will be.
             own: sliders at the start of the step.
             wanted: those of the target at its end.
             bounds: of the sliders.
-            motion: speed of the target [m/s], and its lead [m].
+            lead: how far ahead of it they may arrive [s].
             period: of the step [s].
         """
-        speed, lead = motion
-        parts = [abs(rate) / speed + TINY for _, rate, _ in wanted]
-        fastest, *others = zip(*bounds)
-        later = lead / speed - period
-        passing = [within(w[1], FRACTION_OF_VELOCITY * most) for w, most in zip(wanted, fastest)]
-        places = [place + later * rate for place, rate, _ in wanted]
-        limits: list[Sequence[float]] = []
-        for bound in others:
-            common = FRACTION_OF_ARRIVAL * min(*bound, *map(truediv, bound, parts))
-            limits.append([max(common * p, LEAST_PART * most) for p, most in zip(parts, bound)])
-        found = self._ruckig.to_pass(places, passing, own, (fastest, limits[0], limits[1]))
-        return [
-            way_of(velocity, acceleration, cut_to(phases, period))
-            for (_, velocity, acceleration), phases in zip(own, found)
+        places, rates, bends = zip(*wanted)
+        size = hypot(*rates)
+        if not size > 0.0:
+            return caught
+        missing = [place - height for place, (height, _, _) in zip(places, own)]
+        # The way onto a target that comes near leads away from where it goes.
+        if sum(map(mul, missing, rates)) <= lead * size * size:
+            return caught
+        onwards = lead + ONWARDS
+        chord = [behind + onwards * rate for behind, rate in zip(missing, rates)]
+        length = hypot(*chord)
+        frame = _frame_along([part / length for part in chord])
+        heights, velocities, accelerations = [_turned(frame, each) for each in zip(*own)]
+        aims = [place + (lead - period) * rate for place, rate in zip(places, rates)]
+        limits = []
+        for share, most in zip((FRACTION_OF_VELOCITY, SHARE_ALONG, SHARE_ALONG), zip(*bounds)):
+            along = min(one / (abs(part) + TINY) for one, part in zip(most, frame[0]))
+            across = SHARE_ACROSS * min(most)
+            limits.append((share * along, across, across))
+        fastest, most, _ = limits
+        # On a curve it goes on across; a target that slows down is not run after.
+        bend, *aside = _turned(frame, bends)
+        found = self._ruckig.to_pass(
+            _turned(frame, aims),
+            [within(rate, bound) for rate, bound in zip(_turned(frame, rates), fastest)],
+            list(zip(heights, velocities, accelerations)),
+            (limits[0], limits[1], limits[2]),
+            [within(a, FRACTION_OF_BEND * b) for a, b in zip((min(bend, 0.0), *aside), most)],
+        )
+        third = period / 3.0
+        jerks = []
+        for acceleration, phases in zip(accelerations, found):
+            ends = [
+                way_of(0.0, acceleration, cut_to(phases, part * third)).acceleration
+                for part in (1, 2, 3)
+            ]
+            jerks.append([each / third for each in map(sub, ends, (acceleration, *ends))])
+        turned = [_turned(list(zip(*frame)), each) for each in zip(*jerks)]
+        arriving = [
+            way_of(velocity, acceleration, [(third, jerk) for jerk in each])
+            for (_, velocity, acceleration), each in zip(own, zip(*turned))
         ]
+        gain = sum(
+            part * (way.velocity - other.velocity)
+            for part, way, other in zip(frame[0], caught, arriving)
+        )
+        return arriving if gain > TINY * size else caught
+
+
+def _frame_along(direction: Sequence[float]) -> list[Sequence[float]]:
+    """Return three axes at right angles, the first of which is a ``direction``. Shape (3, 3)."""
+    x, y, z = direction
+    # Beside the axis that is most across.
+    least = min(range(3), key=lambda axis: abs(direction[axis]))
+    u, v, w = [(axis == least) - direction[least] * part for axis, part in enumerate(direction)]
+    size = hypot(u, v, w)
+    u, v, w = u / size, v / size, w / size
+    return [direction, (u, v, w), (y * w - z * v, z * u - x * w, x * v - y * u)]
+
+
+def _turned(frame: Sequence[Sequence[float]], vector: Sequence[float]) -> list[float]:
+    """Return the parts of a ``vector`` along the axes of a ``frame``. Shape (3,)."""
+    return [sum(map(mul, axis, vector)) for axis in frame]

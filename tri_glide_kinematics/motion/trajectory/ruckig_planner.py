@@ -134,6 +134,7 @@ class RuckigPlanner:
         passing: Sequence[float],
         state: Sequence[Sequence[float]],
         limits: tuple[Sequence[float], Sequence[float], Sequence[float]],
+        bend: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> list[Phases]:
         """Return the phases that bring each degree of freedom to ``target`` as soon as possible.
 
@@ -142,18 +143,20 @@ class RuckigPlanner:
             passing: velocity that it has there.
             state: position, velocity and acceleration of each degree of freedom.
             limits: of velocity, acceleration and jerk.
+            bend: acceleration that it has there.
 
         Raises:
             PlanningError: if ruckig finds no solution.
         """
         position, velocity, acceleration = zip(*state)
-        self._input.target_velocity = passing
+        self._input.target_velocity, self._input.target_acceleration = passing, bend
         try:
             return self.to_rest_at(
                 target, position, velocity, acceleration, limits, Synchronization.No
             )
         finally:
             self._input.target_velocity = [0.0] * len(target)
+            self._input.target_acceleration = [0.0] * len(target)
 
     def to_rest(
         self,
