@@ -153,18 +153,22 @@ class Panel:
         """Click on an element of a ``page``, again if need be.
 
         A click may do nothing for now: the panel knows some time later what the machine does.
+        """
+        self.repeat_until(lambda: page.click(element), wait)
+
+    def repeat_until(self, act: Callable[[], object], wait: Callable[[float], None]) -> None:
+        """Do something, and again if need be.
 
         Args:
-            page: with the element.
-            element: that is clicked on.
+            act: does it.
             wait: for what is to come of it, for so many seconds.
         """
         for _ in range(CLICKS - 1):
-            page.click(element)
+            act()
             with suppress(TimeoutError):
                 wait(PAGE_TIMEOUT / CLICKS)
                 return
-        page.click(element)
+        act()
         wait(PAGE_TIMEOUT)
 
     def click_choice(self, page: Page, label: str, choice: str) -> None:
