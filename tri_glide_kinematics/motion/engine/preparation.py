@@ -28,9 +28,9 @@ MARGIN = 1.5
 # After a plan was not ready in time, the next attempt gets more time by this factor.
 MORE_TIME = 2.0
 
-# A plan takes so many pieces at most, about a second of processor time; of a path, one more for
-# each of its segments. They are counted, so that each computer decides alike.
-MOST_PIECES = 3000
+# A plan takes so many pieces at most, a quarter of a second of processor time or so; of a path, one
+# more for each of its segments. They are counted, so that each computer decides alike.
+MOST_PIECES = 800
 
 # Two times that differ by less are the same: rounding [s].
 SAME_TIME = 1e-9

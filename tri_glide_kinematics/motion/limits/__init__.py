@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.limits.series import positions as positions
     from tri_glide_kinematics.motion.limits.series import product as product
     from tri_glide_kinematics.motion.limits.series import quartered as quartered
+    from tri_glide_kinematics.motion.limits.series import resting as resting
     from tri_glide_kinematics.motion.limits.setpoint import AT_REST as AT_REST
     from tri_glide_kinematics.motion.limits.setpoint import SampledPlan as SampledPlan
     from tri_glide_kinematics.motion.limits.setpoint import SliderState as SliderState

@@ -52,10 +52,11 @@ from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
 
-# So many cells are looked at together at most, and so many copies of the motion in cells; but a
-# few cells in any case, as few together take nearly as long.
+# So many cells are looked at together at most, and so many copies in cells of a motion along a
+# curve, or of one of the sliders, which takes longer; but a few cells in any case, as few together
+# take nearly as long.
 CELLS_AT_ONCE = 64
-COPIES_AT_ONCE = 128
+COPIES_ALONG_CURVE, COPIES_OF_SLIDERS = 512, 128
 LEAST_AT_ONCE = 12
 
 # Knots that are closer are one: a jerk this long is below rounding [s].
@@ -330,8 +331,10 @@ class ShapedTrajectory(Trajectory):
         cells = []
         lowest = highest = np.array(self.at(self.duration).heights)
         yield
-        copies = len(self.shaper.times)
-        together = max(min(CELLS_AT_ONCE, COPIES_AT_ONCE // copies), LEAST_AT_ONCE)
+        moving = [part.plan for part in self.driven if part.plan.duration > 0.0]
+        is_along = all(isinstance(plan, (LinePlan, PathPlan)) for plan in moving)
+        copies = COPIES_ALONG_CURVE if is_along else COPIES_OF_SLIDERS
+        together = max(min(CELLS_AT_ONCE, copies // len(self.shaper.times)), LEAST_AT_ONCE)
         while len(middles):
             settled = half <= 0.5 * SHORTEST_CELL
             for first in range(0, len(middles), together):

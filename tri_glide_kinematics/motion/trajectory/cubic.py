@@ -22,6 +22,7 @@ from tri_glide_kinematics.motion.limits import (
     moved,
     new_state,
     polynomial,
+    resting,
 )
 from tri_glide_kinematics.motion.trajectory.knots import knots, merged
 from tri_glide_kinematics.motion.trajectory.phases import Phases, after, total_duration
@@ -170,7 +171,10 @@ class CubicPlan(Trajectory):
     def mixed_series(
         self, machine: TriGlide, times: FloatArray, half: FloatArray
     ) -> tuple[Series, NDArray[np.bool_]]:
-        """Return Taylor series of the slider heights."""
+        """Return Taylor series of the slider heights; at rest, of the platform's position."""
+        if not self._rows:
+            place = machine.forward_batch(np.array((self._final.heights,)))[0]
+            return resting(place, len(times)), np.zeros(len(times), dtype=bool)
         return self.height_series(times, half), np.ones(len(times), dtype=bool)
 
     def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
