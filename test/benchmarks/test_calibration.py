@@ -42,7 +42,7 @@ def test_truth_lies_inside_and_errors_are_as_predicted():
 
 @pytest.mark.slow
 def test_touches_alone_name_what_is_free_and_do_no_harm():
-    rows = list(without_priors(15, np.random.default_rng(2)))
+    rows = list(without_priors(40, np.random.default_rng(2)))
     assert [numbers(row)[0] for row in rows[::2]] == [100.0, 100.0]
     assert all(numbers(row)[0] >= 95.0 for row in rows[1::2])
 
@@ -52,14 +52,14 @@ def test_largest_errors_are_those_of_calibrations(places):
     """In the linear model, as large as what is left of machines that were calibrated."""
     rng = np.random.default_rng(5)
     found = []
-    for _ in range(30):
+    for _ in range(60):
         machine = WrongMachine.random(rng)
         touches, distances = machine.touches(rng, places), machine.one_distance(rng)
         result = calibrate(NOMINAL.geometry, touches, (), distances, WRONG_BY)
         found.append(np.abs(machine.errors(result.machine)[:, 2]).max())
     expected = median(places)
     # Two standard deviations of the median of so many.
-    assert np.median(found) == pytest.approx(expected, rel=0.2)
+    assert np.median(found) == pytest.approx(expected, rel=0.15)
 
 
 def test_places_in_the_middle_and_on_the_rim_are_as_good_as_any():

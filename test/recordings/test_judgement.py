@@ -20,8 +20,7 @@ from tri_glide_kinematics.motion import (
     PlatformSpeedLimit,
     SliderLimits,
 )
-from tri_glide_kinematics.motion.limits.limits import UsedParts
-from tri_glide_kinematics.motion.limits.series import largest_value
+from tri_glide_kinematics.motion.limits import UsedParts, largest_value
 from tri_glide_kinematics.recordings import Kind, Recording, WrongPeriodError, judge
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
 
@@ -395,7 +394,7 @@ class LiftLimit(AddedBound):
         return AddedBoundError("lift", part * self.largest, self.largest, "m/s^2", time)
 
 
-@pytest.mark.parametrize("drive", [moves, paths, upright], ids=lambda drive: drive.__name__)
+@pytest.mark.parametrize("drive", [moves, upright], ids=lambda drive: drive.__name__)
 def test_a_bound_of_ones_own_is_planned_and_judged(drive):
     limits = QUICK.with_added(LiftLimit())
     found = judged(record(drive, 1, 1e-3, limits=limits), limits=limits)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.limits.limits import PathRows as PathRows
     from tri_glide_kinematics.motion.limits.limits import SeenParts as SeenParts
     from tri_glide_kinematics.motion.limits.limits import SliderLimits as SliderLimits
+    from tri_glide_kinematics.motion.limits.limits import UsedParts as UsedParts
     from tri_glide_kinematics.motion.limits.platform_speed import (
         PlatformSpeedLimit as PlatformSpeedLimit,
     )
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.limits.series import divided as divided
     from tri_glide_kinematics.motion.limits.series import dividing as dividing
     from tri_glide_kinematics.motion.limits.series import heights_of as heights_of
+    from tri_glide_kinematics.motion.limits.series import largest_value as largest_value
     from tri_glide_kinematics.motion.limits.series import moved as moved
     from tri_glide_kinematics.motion.limits.series import polynomial as polynomial
     from tri_glide_kinematics.motion.limits.series import position_of as position_of
