@@ -28,10 +28,10 @@ MARGIN = 1.5
 # After a plan was not ready in time, the next attempt gets more time by this factor.
 MORE_TIME = 2.0
 
-# A plan takes so many pieces at most, a quarter of a second of processor time or so; along a path,
+# A plan takes so many pieces at most, about 0.3 s of processor time; along a path,
 # whose pieces are shorter, twice as many, and one more for each segment of a new one. They are
 # counted, so that each computer decides alike.
-MOST_PIECES = 800
+MOST_PIECES = 1000
 
 # Two times that differ by less are the same: rounding [s].
 SAME_TIME = 1e-9
