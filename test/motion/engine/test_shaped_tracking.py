@@ -140,13 +140,13 @@ def random_run(
 def test_however_a_target_moves_the_limits_hold(machine, shaper, in_pieces):
     heights = random_run(machine, shaper, 3, in_pieces, many(1500))
     assert within(heights)
-    assert limit_use(heights).largest[1] > 0.5
+    assert limit_use(heights).largest[1] > 0.45
 
 
 def test_they_would_not_without_the_proof(monkeypatch):
-    assert within(random_run(UNEQUAL, SHAPER, 6, False))
+    assert within(random_run(UNEQUAL, SHAPER, 9, False))
     monkeypatch.setattr(LimitBounds, "keeps_limits", True)
-    assert limit_use(random_run(UNEQUAL, SHAPER, 6, False)).largest[2] > 1.01
+    assert limit_use(random_run(UNEQUAL, SHAPER, 9, False)).largest[2] > 1.01
 
 
 @each_mode
