@@ -294,7 +294,7 @@ def test_target_path_does_the_same_without_an_answer(bench):
 def test_in_a_storm_of_goals_each_ends_once_and_as_it_has_to(machine, client):
     """The short form of ``benchmarks.soak_goals``."""
     machine.start()
-    report = GoalStorm(machine, GoalClient(client), seed=7).run(24)
+    report = GoalStorm(machine, GoalClient(client), seed=7).run(40)
     assert report.wrong == []
-    assert report.codes.total() >= 24
+    assert report.codes.total() >= 40
     assert set(report.codes) >= {GoalCode.SUCCEEDED, GoalCode.SUPERSEDED, GoalCode.CANCELED}
