@@ -84,8 +84,10 @@ class Panel:
         self._commands = client.record(JointState, "joint_commands", NEWEST, keep=1)
         self._measured = client.record(JointState, "joint_states", NEWEST, keep=1)
         self._twists = client.record(TwistStamped, "target_twist")
-        self.machine.start_simulator({"rate": rate})
-        self.machine.start_ik({"rate": rate})
+        # An ik_node that is started anew needs them, too: with others it is another machine.
+        self.parameters = {"rate": rate}
+        self.machine.start_simulator(self.parameters)
+        self.machine.start_ik(self.parameters)
         self.programs = folder / "programs"
         # In it, the zero of programs is that of the machine.
         (folder / "settings.yaml").write_text("unit: mm\n")

@@ -850,7 +850,7 @@ def test_an_ik_node_that_was_started_anew_has_the_shaper_that_it_has(
     page.wait_for(f"{field('Kind')}.value === 'ei'", "the shaper", spin=panel.spin)
     panel.machine.ik.signal(signal.SIGKILL)
     panel.wait_for_state(page, "no machine")
-    panel.machine.start_ik()
+    panel.machine.start_ik(panel.parameters)
     panel.wait_for_state(page, "idle")
     page.wait_for(f"{field('Kind')}.value === 'none'", "what it has now", spin=panel.spin)
     page.wait_for(f"{field('Mode [Hz, %]')}.value === '15'", "its frequency", spin=panel.spin)

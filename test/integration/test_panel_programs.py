@@ -216,7 +216,7 @@ def test_a_run_ends_when_another_ik_node_was_started(
     operator.click(button("run"))
     wait_for_text(panel, operator, "running: line 4 of 8")
     panel.machine.ik.signal(signal.SIGKILL)
-    panel.machine.start_ik()
+    panel.machine.start_ik(panel.parameters)
     wait_for_text(panel, operator, "ended: line 4 of 8")
     panel.wait_for_words(operator, "square.ngc: another ik_node was started", "refusal")
     assert operator.evaluate(f"{field('From line')}.value") == "4"
