@@ -11,8 +11,6 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
-import numpy as np
-
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.command import Command
@@ -315,12 +313,8 @@ class Replanning:
             return replace(held, role=PlanRole.BRAKES)
         if held.path_plan is not None:
             return (yield from self._paths.braked(held, held.path_plan, time))
-        state, tried = plan.at(time), None
+        state = plan.at(time)
         for limits in gentler(held.limits.effective, state):
-            if tried is not None and np.array_equal(limits.table, tried):
-                # Accelerations are no lower than the present ones.
-                continue
-            tried = limits.table
             braked = yield from self._braked_within(held, time, state, limits, stays=stays)
             if braked.role is PlanRole.BRAKES or not limits.added:
                 break

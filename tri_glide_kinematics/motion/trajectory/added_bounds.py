@@ -117,14 +117,20 @@ _MULTIPLES = (4.0, 2.0, 1.0, 0.5)
 def gentler(limits: SliderLimits, state: SliderState) -> Iterator[SliderLimits]:
     """Yield ``limits``, and lower accelerations one after the other where forces are bounded.
 
+    None are yielded twice: accelerations are no lower than the present ones.
+
     Args:
         limits: in force.
         state: where a motion begins; its accelerations stay within all of them.
     """
     yield limits
     allowed = min((bound.acceleration(state.heights) for bound in limits.added), default=inf)
+    last = limits.table[1]
     for multiple in _MULTIPLES:
-        if multiple * allowed < limits.table[1].max():
+        lower = np.maximum(multiple * allowed, np.abs(state[2]))
+        accelerations = np.minimum(limits.table[1], lower)
+        if not np.array_equal(accelerations, last):
+            last = accelerations
             table = limits.table.copy()
-            table[1] = np.minimum(table[1], np.maximum(multiple * allowed, np.abs(state[2])))
+            table[1] = accelerations
             yield limits.with_table(table)
