@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
+from typing import TypeVar
+
+Case = TypeVar("Case")
 
 # How many times as long, and what is added to each seed.
 LONGER = int(os.environ.get("SOAK", "1"))
@@ -17,3 +21,11 @@ def many(count: int) -> int:
 def seed(number: int) -> int:
     """Return the seed to take: ``number`` in a short run."""
     return number + SEED
+
+
+def some(cases: Sequence[Case], count: int) -> list[Case]:
+    """Return the cases to take: the first ``count`` in a short run, else all.
+
+    The test is marked as slow, as ``make soak`` runs those.
+    """
+    return list(cases if LONGER > 1 else cases[:count])
