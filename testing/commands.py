@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from testing.machine import Machine
+from testing.machine import RATE, Machine
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 
-PERIOD = 0.002  # s
+PERIOD = 1.0 / RATE  # s
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 TRAVEL = (0.3, 0.9)  # m
 KINEMATICS = TriGlide(DEFAULT_GEOMETRY)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 import signal
@@ -12,7 +11,7 @@ import time
 
 import pytest
 import yaml
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import SetBool
 
 from testing.commands import KINEMATICS
 from testing.forks import ForkedNodes
@@ -133,31 +132,19 @@ def test_the_example_is_driven_to_its_end(running_machine, drive):
     assert place == pytest.approx((0.0, 0.0, 0.25), abs=1e-6)
 
 
-# An enabled machine starts where it is measured.
-@pytest.mark.parametrize(("how", "exactly"), [("stop", 1e-6), ("disable", 1e-5)])
-def test_a_stop_of_ik_node_ends_a_program_that_waits_between_two_motions(
-    running_machine, drive, how, exactly
-):
+def test_a_stop_of_ik_node_ends_a_program_that_waits_between_two_motions(running_machine, drive):
     machine, client = running_machine, running_machine.client
     command = drive("G0 X0 Y0 Z40\nG4 P60\nX10\nM2\n")
     client.wait_for(lambda: "wait for 60 s" in command.output, "the dwell")
-    if how == "stop":
-        assert client.stop().message == "nothing moves: idle"
-    else:
-        # As a person does who reaches into the machine.
-        assert client.enable(False).message == "disabled"
-        assert client.enable(True).message == "enabled"
+    assert client.stop().message == "nothing moves: idle"
     assert command.end() == 1, command.output
     assert [row[2] for row in command.rows()] == ["succeeded", "stopped", "not", "not"]
     assert WAS_STOPPED in command.output, command.output
     machine.catch_up()
-    assert KINEMATICS.forward(machine.heights()) == pytest.approx((0, 0, 0.29), abs=exactly)
+    assert KINEMATICS.forward(machine.heights()) == pytest.approx((0, 0, 0.29), abs=1e-6)
 
 
-@pytest.mark.parametrize("how", ["fault", "new start"])
-def test_a_fault_or_a_new_start_of_ik_node_ends_a_program_that_waits(
-    machine, client, tmp_path, how
-):
+def test_a_new_start_of_ik_node_ends_a_program_that_waits(machine, client, tmp_path):
     machine.start()
     file = tmp_path / "part.gcode"
     file.write_text("G0 X0 Y0 Z40\nG4 P60\nX10\nM2\n")
@@ -165,14 +152,8 @@ def test_a_fault_or_a_new_start_of_ik_node_ends_a_program_that_waits(
     try:
         client.wait_for(lambda: "wait for 60 s" in command.output, "the dwell")
         count = len(machine.states)
-        if how == "fault":
-            machine.simulator.signal(signal.SIGKILL)
-            machine.wait_for_state("fault")
-            machine.start_simulator()
-            client.wait_for(lambda: client.enable().success, "the machine to be enabled again")
-        else:
-            machine.ik.signal(signal.SIGKILL)
-            machine.start_ik()
+        machine.ik.signal(signal.SIGKILL)
+        machine.start_ik()
         client.wait_for(lambda: command.process.poll() is not None, "the end")
         assert command.end() == 1, command.output
     finally:
@@ -356,38 +337,6 @@ def test_enter_lets_the_program_go_on(running_machine, drive):
     assert KINEMATICS.forward(machine.heights()) == pytest.approx((0, 0, 0.29), abs=1e-6)
 
 
-def test_ctrl_c_lets_a_program_rest_on_its_path(running_machine, drive):
-    machine, client = running_machine, running_machine.client
-    command = drive("G0 X0 Y0 Z40\nG61\nG1 X50 F1800\nG4 P1\nM2\n")
-    client.wait_for(lambda: KINEMATICS.forward(machine.heights())[0] > 0.005, "some way")
-    command.process.send_signal(signal.SIGINT)
-    client.wait_for(lambda: command.process.poll() is not None, "the command to end")
-    assert command.end() == 128 + signal.SIGINT, command.output
-    assert [row[2] for row in command.rows()] == ["canceled", "not", "not"]
-    assert "drive: line 1: at line 3: " in command.output
-    machine.catch_up()
-    x, *others = KINEMATICS.forward(machine.heights())
-    assert 0.005 < x < 0.05
-    assert others == pytest.approx((0.0, 0.29), abs=1e-6)
-    assert not any(machine.commands[-1].velocity)
-
-
-def test_a_refused_goal_ends_the_program_with_its_line(running_machine, drive):
-    client = running_machine.client
-    client.enable(False)
-    command = drive("(a part)\nG4 P0.1\nG0 X10 Y0 Z40\nG4 P1\nM2\n")
-    code = command.end()
-    client.enable(True)
-    assert code == 1, command.output
-    assert [row[:3] for row in command.rows()] == [
-        ["2", "wait", "refused"],
-        ["3", "path", "not"],
-        ["4", "wait", "not"],
-        ["5", "stop", "not"],
-    ]
-    assert "\ndrive: line 2: no motion while disabled" in command.output
-
-
 # A long line, and short ones behind it; outputs change on the path.
 LASTING = "M3 S500\nG0 X0 Y0 Z40\nG1 X40 F6000\nM62 P1\nX0 F1200\nM63 P1\nX40 F6000\nM2\n"
 
@@ -493,90 +442,13 @@ def test_a_command_that_is_killed_has_kept_its_line(running_machine, drive, tmp_
     assert f"has changed since it was driven up to line {driven}" in command.output
 
 
-def test_no_room_for_progress_is_told_once(running_machine, drive, tmp_path):
-    command = drive("G0 X10 Y0 Z40\nG4 P2\nM2\n", "--progress", str(tmp_path / "part.gcode" / "a"))
-    assert command.end() == 0, command.output
-    assert command.output.count("how far the program comes is not kept") == 1
-
-
 def run_of(client, text, **options):
     """Return the run of a program, whose zero is in the workspace."""
     settings = ProgramSettings(offsets={"G54": (0.0, 0.0, 0.25)}, start=(0.0, 0.0, 0.29))
     return ProgramRun(ProgramLink(client.node), read_program(text, settings), **options)
 
 
-def test_a_single_block_waits_before_each_line(running_machine):
-    machine, client = running_machine, running_machine.client
-    outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
-    text = "G0 X0 Y0 Z40\nX10\nM62 P3\nG3 X20 I5 F3000\nG1 X30\nX40\nM2\n"
-    run = run_of(client, text, single_block=True)
-    ends = {3: 10.0, 4: 10.0, 5: 20.0}
-    for line, end in ends.items():
-        looked = lambda: run.look(time.monotonic()) or run.state is RunState.WAITING  # noqa: E731
-        client.wait_for(looked, f"line {line} to be next")
-        assert run.line == line
-        assert run.waits_at is None
-        machine.catch_up()
-        place = KINEMATICS.forward(machine.heights())
-        assert place == pytest.approx((1e-3 * end, 0.0, 0.29), abs=1e-6)
-        assert not any(machine.commands[-1].velocity)
-        run.go_on()
-        assert run.state is RunState.WAITING
-        run.look(time.monotonic())
-        assert run.state is RunState.RUNNING
-        client.wait_for(lambda: len(told(outputs, 3)) == len(run.reports) // 2, "the output")
-    run.single_block = False
-    client.wait_for(lambda: run.look(time.monotonic()) or run.state is RunState.ENDED, "the end")
-    assert run.is_whole
-    assert [each.step.line_at() for each in run.reports] == [2, 3, 4, 5, 6, 7]
-
-
-def test_a_single_block_that_is_switched_on_in_a_path_waits_at_its_end(running_machine):
-    machine, client = running_machine, running_machine.client
-    run = run_of(client, "G1 X0 Y0 Z40 F6000\nX20\nX40\nG4 P0.01\nX0\nM2\n")
-    moving = lambda: run.look(time.monotonic()) or KINEMATICS.forward(machine.heights())[0] > 0.005  # noqa: E731
-    client.wait_for(moving, "some way")
-    run.single_block = True
-    client.wait_for(lambda: run.look(time.monotonic()) or run.state is RunState.WAITING, "the wait")
-    assert run.line == 4
-    machine.catch_up()
-    place = KINEMATICS.forward(machine.heights())
-    assert place == pytest.approx((0.04, 0.0, 0.29), abs=1e-6)
-    run.stop()
-    client.wait_for(lambda: run.look(time.monotonic()) or run.state is RunState.ENDED, "the end")
-
-
-def test_a_paused_path_that_is_left_for_a_target_goes_on_where_it_was(running_machine):
-    machine, client = running_machine, running_machine.client
-    run = run_of(client, "G1 X0 Y0 Z40 F6000\nX60 F1200\nM2\n")
-    places = []
-
-    def place():
-        run.look(time.monotonic())
-        places.append(KINEMATICS.forward(machine.heights()))
-        return places[-1]
-
-    client.wait_for(lambda: place()[0] > 0.02, "some way")
-    client.call(Trigger, "ik_node/pause", Trigger.Request())
-    client.wait_for(lambda: place() and machine.state == "paused", "the pause")
-    machine.catch_up()
-    paused = place()
-    client.send_pose((0.0, 0.03, 0.29))
-    client.wait_for(lambda: place()[1] > 0.0299 and run.state is RunState.WAITING, "the wait")
-    assert "moved while the path was paused" in run.doing
-    assert run.line == 2
-    run.go_on()
-    places.clear()
-    client.wait_for(lambda: place() and run.state is RunState.ENDED, "the end")
-    assert run.is_whole
-    # It went back to where it was paused, and on from there.
-    assert min(math.dist(each, paused) for each in places) < 1e-3
-    assert all(each[1] < 1e-4 for each in places if each[0] > paused[0] + 1e-3)
-    assert places[-1] == pytest.approx((0.06, 0.0, 0.29), abs=1e-6)
-
-
-@pytest.mark.parametrize("ending", ["stop", "disable", "another command"])
-def test_the_platform_rests_before_the_spindle_is_off(running_machine, ending):
+def test_the_platform_rests_before_the_spindle_is_off(running_machine):
     machine, client = running_machine, running_machine.client
     outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
     text = "M3 S9 M8\nM64 P4\nG1 X60 F1200\nM2\n"
@@ -588,17 +460,11 @@ def test_the_platform_rests_before_the_spindle_is_off(running_machine, ending):
         return KINEMATICS.forward(machine.heights())[0] > 0.01 and "now line 3" in run.doing
 
     client.wait_for(moving, "some way")
-    if ending == "another command":
-        client.send_pose((-0.08, 0.0, 0.29))
-    else:
-        client.stop() if ending == "stop" else client.enable(False)
+    client.send_pose((-0.08, 0.0, 0.29))
     client.wait_for(lambda: run.look(time.monotonic()) or len(told(outputs, 4)) == 5, "the outputs")
-    if ending != "disable":
-        machine.catch_up()
-        assert not any(machine.commands[-1].velocity)
+    machine.catch_up()
+    assert not any(machine.commands[-1].velocity)
     client.wait_for(lambda: run.look(time.monotonic()) or run.state is RunState.ENDED, "the end")
-    if ending == "disable":
-        client.enable(True)
     assert not run.is_whole
     assert any("at line 3" in report.text for report in run.reports)
     # What else is on stays on.

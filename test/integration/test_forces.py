@@ -9,7 +9,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from std_srvs.srv import SetBool
 
-from testing.commands import KINEMATICS
+from testing.commands import KINEMATICS, PERIOD
 from testing.goals import GoalClient
 from tri_glide_interfaces.action import FollowPath
 from tri_glide_kinematics.control import TEACH_SPEED
@@ -31,8 +31,6 @@ NO_MASSES = {
 NO_LIMIT = [0.0, 0.0, 0.0]
 UP = [45.0, 45.0, 50.0]
 ROUNDING = 1e-6
-# Of the setpoints [s].
-PERIOD = 0.002
 # A slider at rest.
 STILL = (0.0, 0.0, 0.0)
 

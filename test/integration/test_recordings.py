@@ -6,7 +6,7 @@ import numpy as np
 from mcap.writer import Writer
 from rclpy.serialization import serialize_message
 
-from testing.commands import LIMITS
+from testing.commands import LIMITS, PERIOD
 from testing.machine import JOINTS
 from tri_glide_kinematics.recordings import DEFINITION, MESSAGE, judge, load_recording
 from tri_glide_kinematics.settings import IK_NODE, machine_of, workspace_limits_of
@@ -14,7 +14,6 @@ from tri_glide_kinematics.workspace import Workspace
 
 # The client of a test may be kept from its turns: so gaps are none of this.
 GAP = 10.0
-PERIOD = 0.002
 
 
 def save(file, messages, client):

@@ -9,10 +9,9 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import Imu
 
-from testing.commands import KINEMATICS
+from testing.commands import KINEMATICS, PERIOD
 from tri_glide_kinematics.calibration.ringdown import Quantity, Recording, find_modes
 
-PERIOD = 0.002  # s, by default of ik_node
 FREQUENCIES = (15.0, 22.0, 0.0)  # Hz
 START, TARGET = (-0.08, 0.05, 0.25), (0.08, -0.05, 0.25)
 GRAVITY = 9.80665  # m/s^2

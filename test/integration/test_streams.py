@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from shared_machine import shared_machine
 
 from testing.client import Client
-from testing.commands import KINEMATICS, LIMITS, assert_within_limits, check, stream_of
+from testing.commands import KINEMATICS, LIMITS, PERIOD, assert_within_limits, check, stream_of
 from testing.driven_programs import WORKSPACE
 from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.errors import Refusal
@@ -139,7 +139,7 @@ def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(r
     assert np.quantile(np.abs(differences[:, 1:]), 0.5) < 5e-5
     # Along the way a busy computer is some cycles behind; who aims at places of old is behind by
     # the time of a ramp. How near it is stands in ``python -m benchmarks tracking``.
-    assert np.quantile(np.abs(differences[:, 0]), 0.25) < 10.0 * speed / RATE
+    assert np.quantile(np.abs(differences[:, 0]), 0.25) < 10.0 * speed * PERIOD
     assert_within_limits(machine)
 
 
