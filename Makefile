@@ -9,6 +9,9 @@ IN_ENV := source ./env.sh &&
 # Tests that start nodes, at the same time: with three, nodes miss their cycles on two cores.
 NODE_TESTS ?= 2
 
+# Each core has tests of its own: threads within one test would only take them turns.
+test test-no-nodes test-properties soak coverage: export OPENBLAS_NUM_THREADS := 1
+
 # Each run of pytest collects only what it runs.
 FILES_WITH = grep -rlE "$(1)" test --include="test_*.py"
 
