@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from soak import many
+from soak import some
 
 from testing.program_writer import Piece, WrittenProgram, written_program
 from tri_glide_kinematics.interruptible import at_once
@@ -88,6 +88,6 @@ def check_meaning(written: WrittenProgram) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("dialect", Dialect)
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(derandomize=True, deadline=None, max_examples=many(30))
+@settings(derandomize=True, deadline=None, max_examples=len(some(range(100), 30)))
 def test_a_program_means_what_it_was_written_for(dialect, seed):
     check_meaning(written_program(np.random.default_rng(seed), dialect))
