@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 import yaml
 from catkin_pkg.package import Package, parse_package
+from import_statements import imports
 
 from tri_glide_kinematics import __version__
 from tri_glide_kinematics.command_line import COMMANDS, PROGRAM
@@ -62,7 +63,7 @@ def imported(*folders: str) -> set[str]:
     helpers = {"integration", *(file.stem for file in (ROOT / "test").rglob("*.py"))}
     found = set()
     for file in files:
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        for node in imports(file):
             if isinstance(node, ast.Import):
                 found |= {alias.name.split(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and not node.level:

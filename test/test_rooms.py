@@ -9,6 +9,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
+from import_statements import imports
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = "tri_glide_kinematics"
@@ -49,7 +50,7 @@ def is_passed_on(path: Path, room: str) -> bool:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_who_is_outside_a_room_imports_from_the_room(path):
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in imports(path):
         if not isinstance(node, ast.ImportFrom) or not node.module:
             continue
         room = room_of(node.module)
@@ -64,16 +65,16 @@ def test_who_is_outside_a_room_imports_from_the_room(path):
 
 def test_no_import_leads_in_a_circle():
     """Imports for types and those in functions count: who reads a module has to read those, too."""
-    trees = {
-        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): ast.parse(
-            path.read_text()
+    found_in = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): imports(
+            path
         )
         for path in (ROOT / PACKAGE).rglob("*.py")
     }
     passed_on = {
         (room, alias.name): node.module
         for room in ROOMS
-        for node in ast.walk(trees[room])
+        for node in found_in[room]
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
@@ -81,17 +82,17 @@ def test_no_import_leads_in_a_circle():
     def home_of(module: str, name: str) -> str:
         while (module, name) in passed_on:
             module = passed_on[module, name]
-        return f"{module}.{name}" if f"{module}.{name}" in trees else module
+        return f"{module}.{name}" if f"{module}.{name}" in found_in else module
 
     needs: dict[str, set[str]] = {}
-    for module in trees.keys() - ROOMS.keys():
+    for module in found_in.keys() - ROOMS.keys():
         found = set()
-        for node in ast.walk(trees[module]):
+        for node in found_in[module]:
             if isinstance(node, ast.Import):
                 found |= {alias.name for alias in node.names}
-            elif isinstance(node, ast.ImportFrom):
+            else:
                 assert node.module, f"{module} imports without the full name"
                 found |= {home_of(node.module, alias.name) for alias in node.names}
-        needs[module] = found & trees.keys()
+        needs[module] = found & found_in.keys()
     # Raises CycleError, which names the circle.
     TopologicalSorter(needs).prepare()

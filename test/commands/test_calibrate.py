@@ -14,6 +14,11 @@ from tri_glide_kinematics.commands.calibrate import PARAMETERS, PICTURE, REPORT,
 EXAMPLE = Path(__file__).parents[2] / "config" / "measurements_example.yaml"
 
 
+@pytest.fixture
+def without_picture(monkeypatch):
+    monkeypatch.setattr("tri_glide_kinematics.picture_commands.save_figure", lambda *_: None)
+
+
 def test_a_file_becomes_report_picture_and_parameters(tmp_path, capsys):
     file = tmp_path / "measurements.yaml"
     save_measurements(file, measured())
@@ -26,6 +31,7 @@ def test_a_file_becomes_report_picture_and_parameters(tmp_path, capsys):
     assert yaml.safe_load((output / PARAMETERS).read_text(encoding="utf-8"))
 
 
+@pytest.mark.usefixtures("without_picture")
 def test_the_example_can_be_calibrated(tmp_path, capsys):
     assert main([str(EXAMPLE), "--output", str(tmp_path)]) == 0
     said = capsys.readouterr().out
@@ -65,6 +71,7 @@ def test_a_wrong_count_is_refused(capsys, count):
     assert "from 0 to 100" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("without_picture")
 def test_a_gross_contradiction_makes_no_parameter_file_unless_it_is_forced(tmp_path, capsys):
     """Priors in another unit: the data are as good as before, and the machine may not move."""
     text = EXAMPLE.read_text()
@@ -85,6 +92,7 @@ def test_a_gross_contradiction_makes_no_parameter_file_unless_it_is_forced(tmp_p
     assert (output / PARAMETERS).exists()
 
 
+@pytest.mark.usefixtures("without_picture")
 def test_what_is_proposed_lies_inside_the_workspace_of_the_file(tmp_path, capsys):
     travel = "lower_heights: [200.0, 200.0, 200.0]"
     text = EXAMPLE.read_text()

@@ -25,7 +25,9 @@ def draw(file, folder, *options):
 
 
 @pytest.fixture
-def points(tmp_path):
+def points(tmp_path, monkeypatch):
+    """Return a file whose picture is not looked at."""
+    monkeypatch.setattr(draw_motion, "save_figure", lambda *_: None)
     file = tmp_path / "points.csv"
     file.write_text(POINTS)
     return file
@@ -130,7 +132,7 @@ def test_a_violation_is_told_with_time_number_and_bound(points, tmp_path, capsys
     [
         ("M2\n", (), "nothing in it moves"),
         ("G1 X1 F100\nX1000\nM2\n", (), "line 2"),
-        ("G1 X1 F1\nM2\n", ("--rate", "100000"), "name a lower --rate"),
+        ("G1 X1 F100\nG4 P60\nM2\n", ("--rate", "100000"), "name a lower --rate"),
         ("G1 X1 F100\nM2\n", ("--settings", "none.yaml"), "none.yaml: cannot be read"),
     ],
 )

@@ -26,7 +26,7 @@ from tri_glide_kinematics.workspace import Workspace
 PERIOD = 1e-3
 # Of the simulated drives [s].
 LONGEST_STEP = 5e-4
-DURATION = 20.0
+DURATION = 10.0
 MASSES = replace(Masses.uniform(1.0, 0.5, 0.6, coulomb=4.0, viscous=9.0), carriages=(1.0, 1.2, 0.9))
 CONTROL = PositionControl((40000.0,) * 3, (500.0,) * 3)
 OFFSETS = (0.02, -0.01, 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -9,11 +10,19 @@ import pytest
 import yaml
 from PIL import Image
 
+from tri_glide_kinematics import sizing
 from tri_glide_kinematics.commands import describe_machine, draw_machine, size
+from tri_glide_kinematics.figures import machine
 from tri_glide_kinematics.settings import SIMULATOR_NODE, file_values
+from tri_glide_kinematics.sizing import search
 
 CONFIG = Path(__file__).parents[2] / "config"
 WISH = ["--cylinder", "0.1", "0.12", "--speed", "1", "--acceleration", "10", "--payload", "0.2"]
+
+
+@pytest.fixture(autouse=True)
+def coarse_maps(monkeypatch):
+    monkeypatch.setattr(machine, "PLACES", 41)
 
 
 def test_a_wish_leads_to_a_parameter_file_that_is_drawn(tmp_path, capsys):
@@ -40,7 +49,12 @@ def test_a_wish_leads_to_a_parameter_file_that_is_drawn(tmp_path, capsys):
         assert picture.size == (1700, 850)
 
 
-def test_an_impossible_wish_is_answered_with_the_nearest_possible_one(tmp_path, capsys):
+def test_an_impossible_wish_is_answered_with_the_nearest_possible_one(
+    tmp_path, capsys, monkeypatch
+):
+    # Each machine is looked for once, and none that is far larger or smaller than the volume.
+    monkeypatch.setattr(sizing, "size", cache(sizing.size))
+    monkeypatch.setattr(search, "DIFFERENCES", search.DIFFERENCES[:1])
     file = tmp_path / "machine.yaml"
     impossible = [*WISH, "--largest-force", "9", "--write", str(file)]
     assert size.main(impossible) == 1
@@ -85,10 +99,12 @@ def test_mistakes_in_a_drawing_are_told(tmp_path, capsys):
 
 
 def test_what_a_calibration_leaves_is_drawn(tmp_path):
-    file, measurements = CONFIG / "tri_glide.yaml", CONFIG / "measurements_example.yaml"
+    file, measurements = tmp_path / "a.yaml", CONFIG / "measurements_example.yaml"
+    # How wide a disc is inside is soon known there.
+    file.write_text("/**:\n  ros__parameters:\n    space: cylinder\n    cylinder_radius: 0.1\n")
     options = ["--output", str(tmp_path), "--measurements", str(measurements)]
     assert draw_machine.main([str(file), *options]) == 0
-    assert (tmp_path / "tri_glide_machine.png").stat().st_size > 50_000
+    assert (tmp_path / "a_machine.png").stat().st_size > 50_000
 
 
 def slider_of(urdf: str) -> ElementTree.Element:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.figures import machine_figure
+from tri_glide_kinematics.figures import machine, machine_figure
 from tri_glide_kinematics.sizing import maps
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
@@ -38,7 +38,8 @@ def test_maps_are_what_they_are_defined_as():
         assert np.isfinite(values[:-1]).all()
 
 
-def test_a_machine_has_six_maps_and_two_cuts():
+def test_a_machine_has_six_maps_and_two_cuts(monkeypatch):
+    monkeypatch.setattr(machine, "PLACES", 81)
     workspace = Workspace(MACHINE, LIMITS)
     figure = machine_figure(workspace, VELOCITIES, 1e-5, "a.yaml")
     panels = [axes for axes in figure.axes if axes.get_title()]

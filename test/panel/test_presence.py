@@ -7,17 +7,24 @@ import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
+import pytest
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect as connect_thread
 
-from tri_glide_kinematics.panel.page import PING_PERIOD, SILENT_PERIODS, watch
+from tri_glide_kinematics.panel.page import SILENT_PERIODS, watch
 
+PING_PERIOD = 0.1  # s
 SILENCE = PING_PERIOD * SILENT_PERIODS  # s
 TIMEOUT = 20.0  # s
 # Much to read at once, for one who does not read [bytes].
 FLOOD = 32_000_000
+
+
+@pytest.fixture(autouse=True)
+def short_periods(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tri_glide_kinematics.panel.page.PING_PERIOD", PING_PERIOD)
 
 
 class Server:

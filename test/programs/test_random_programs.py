@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from soak import some
 
 from testing.program_writer import Piece, WrittenProgram, written_program
 from tri_glide_kinematics.interruptible import at_once
@@ -84,8 +85,9 @@ def check_meaning(written: WrittenProgram) -> None:
     assert (np.diff(runs) > 0).tolist() == rests[1:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dialect", Dialect)
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(derandomize=True, deadline=None, max_examples=100)
+@settings(derandomize=True, deadline=None, max_examples=len(some(range(100), 30)))
 def test_a_program_means_what_it_was_written_for(dialect, seed):
     check_meaning(written_program(np.random.default_rng(seed), dialect))

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from soak import some
 from strategies import is_inside
 
 from tri_glide_kinematics.sizing import Cells, NoCylinderError, inscribed_height, inscribed_radius
@@ -28,7 +29,7 @@ def halved(is_kept, low, high):
     return low
 
 
-def rim(radius, count=48):
+def rim(radius, count=12):
     # The directions to all towers, and away from them, are among these.
     angles = math.radians(90.0) + np.linspace(0.0, 2.0 * math.pi, count, endpoint=False)
     return radius * np.column_stack((np.cos(angles), np.sin(angles)))
@@ -85,7 +86,7 @@ def test_box_and_cylinder_bound_it_too():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 7])
+@pytest.mark.parametrize("seed", some([7, 1], 1))
 def test_the_condition_number_is_kept_in_all_of_a_circle_and_nowhere_around_a_wider_one(seed):
     rng = np.random.default_rng(seed)
     angles = np.linspace(0.0, 2.0 * math.pi, 4001)

@@ -40,7 +40,7 @@ SPACE = {
 def test_a_file_that_is_cut_off_is_refused(tmp_path):
     file = tmp_path / "measurements.yaml"
     machine, rng = drawn(1)
-    touches = tuple(machine.touches(rng))[:3]
+    touches = tuple(machine.touches(rng))[:1]
     content = MeasurementFile(NOMINAL, WRONG_BY, touches, (), tuple(machine.one_distance(rng)))
     save_measurements(file, content)
     whole = file.read_bytes().rstrip()

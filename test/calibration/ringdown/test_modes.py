@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from soak import some
 
 from benchmarks.ringdown import ACCELERATIONS, NEAR, POSITIONS, WIDE, tally
 from testing.swings import NOISE, Measuring
@@ -15,7 +16,7 @@ from tri_glide_kinematics.calibration.ringdown import NotKnown, Recording, find_
 from tri_glide_kinematics.motion.shaping import Mode
 
 TIMES = np.arange(1000) / 500.0
-COUNT = 10
+COUNT = len(some(range(10), 4))
 
 
 def swing(

@@ -191,7 +191,7 @@ def test_an_interrupted_run_leaves_older_pictures_alone(capsys, tmp_path, monkey
 
 @pytest.mark.slow
 def test_ctrl_c_ends_it_without_a_traceback(tmp_path):
-    arguments = [str(F_MECHANISM), "--output", str(tmp_path), "--animate", "--frames", "720"]
+    arguments = [str(FOUR_BAR), "--output", str(tmp_path), "--animate", "--frames", "720"]
     with subprocess.Popen(
         [sys.executable, "-c", COMMAND, *arguments],
         stdout=subprocess.PIPE,

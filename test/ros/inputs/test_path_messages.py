@@ -13,6 +13,7 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.serialization import serialize_message
+from soak import some
 
 from testing.calls import most_calls_of_a_piece
 from tri_glide_interfaces.action import FollowPath
@@ -113,6 +114,7 @@ def test_bytes_of_the_other_order_are_read_too():
     np.testing.assert_array_equal(at_once(path_points(data, BASE)), [point])
 
 
+@pytest.mark.slow
 def test_what_is_cut_off_or_made_up_is_refused_or_read_but_never_fails_otherwise():
     source = random.Random(3)
     for frames in (None, ["", BASE]):
@@ -120,7 +122,7 @@ def test_what_is_cut_off_or_made_up_is_refused_or_read_but_never_fails_otherwise
         for end in range(len(whole)):
             with pytest.raises(KinematicsError):
                 at_once(path_points(whole[:end], BASE))
-        for _ in range(3000):
+        for _ in some(range(3000), 1000):
             data = bytearray(whole)
             for _ in range(source.randint(1, 4)):
                 data[source.randrange(len(data))] = source.randrange(256)
@@ -166,7 +168,7 @@ def test_one_frame_that_differs_is_read_wherever_it_is(odd):
 
 def test_no_piece_of_a_long_path_is_long():
     """Each piece reads so many poses at most, and so do all pieces that make a path of them."""
-    count = 40_000
+    count = 12_000
     data = serialize_message(path(count, ""))
     reading = path_points(data, BASE)
     assert sum(1 for _ in reading) >= count // AT_A_TIME
