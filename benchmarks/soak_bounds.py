@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,13 @@ from benchmarks.command_line import numbers
 from benchmarks.judge import SCENARIOS, Findings, Scenario
 from benchmarks.soak_motion import Adversary
 from tri_glide_kinematics.dynamics import Masses, SliderForces
-from tri_glide_kinematics.motion import AddedBound, ForceLimits, PlatformSpeedLimit, SliderState
+from tri_glide_kinematics.motion import (
+    AddedBound,
+    CannotHoldError,
+    ForceLimits,
+    PlatformSpeedLimit,
+    SliderState,
+)
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
@@ -92,7 +99,8 @@ def soaked(scenario: Scenario, seed: int, steps: int) -> tuple[Use, Counter[str]
     engine, machine = adversary.engine, adversary.workspace.machine
     use, phases = Use(), Counter[str]()
     before, place = engine.limits.added, None
-    adversary._set_limits()
+    with suppress(CannotHoldError):
+        adversary._set_limits()
     for _ in range(steps):
         if rng.random() * PAUSE < 1.0:
             adversary.act()

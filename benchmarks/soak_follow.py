@@ -133,6 +133,7 @@ def random_case(kind: str, rng: np.random.Generator) -> Case:
             stroke = workspace.exit_distance(tuple(start.tolist()), (x, y, z), 0.3) - EDGE
         try:
             workspace.check_position((start + stroke * direction).tolist())
+            limits.check_holding(start[np.newaxis])
         except KinematicsError:
             continue
         if stroke > STROKES[0]:

@@ -16,7 +16,7 @@ from __future__ import annotations
 import itertools
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from time import thread_time
 from typing import NamedTuple
 
@@ -29,7 +29,13 @@ from benchmarks.soak import random_place, random_shaper
 from testing.pieces import timed
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import AddedBound, ForceLimits, MotionEngine, PlatformSpeedLimit
+from tri_glide_kinematics.motion import (
+    AddedBound,
+    CannotHoldError,
+    ForceLimits,
+    MotionEngine,
+    PlatformSpeedLimit,
+)
 from tri_glide_kinematics.motion.engine import preparation
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
@@ -182,7 +188,9 @@ def resting(case: Case, rng: np.random.Generator) -> tuple[MotionEngine, Workspa
     limits = (UNEQUAL_LIMITS if is_unequal else LIMITS).with_added(*added)
     kind = MotionKind.SLIDER if case.command == "slider" else MotionKind.LINEAR
     engine = MotionEngine(workspace, limits, kind=kind, in_pieces=True)
-    engine.start(workspace.check_position(random_place(rng, workspace)))
+    while not engine.started:
+        with suppress(CannotHoldError):
+            engine.start(workspace.check_position(random_place(rng, workspace)))
     while case.shaped and engine.shaper is None:
         engine.set_shaper(random_shaper(rng))
     return engine, workspace

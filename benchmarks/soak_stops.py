@@ -31,6 +31,7 @@ from benchmarks.soak_bounds import random_bounds
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
     AddedBound,
+    CannotHoldError,
     ForceLimits,
     MotionKind,
     MotionPhase,
@@ -141,7 +142,10 @@ def stops(seed: int, compared: int = 0, first: int = 0) -> Iterator[Stop]:
     number = 0
     for machine in count(first):
         rng = np.random.default_rng((seed, machine))
-        drive = RandomDrive(rng)
+        try:
+            drive = RandomDrive(rng)
+        except CannotHoldError:
+            continue
         for _ in range(STOPS):
             kind = KINDS[rng.choice(len(KINDS), p=CHANCES)]
             try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from controller_rig import HOME, TARGET, Parts
+from controller_rig import HOME, LIMITS, MACHINE, TARGET, Parts
 
 from tri_glide_kinematics.control import (
     DISABLED,
@@ -22,8 +22,9 @@ from tri_glide_kinematics.control import (
     SupervisionBounds,
     Supervisor,
 )
+from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.errors import Refusal
-from tri_glide_kinematics.motion import MotionPhase
+from tri_glide_kinematics.motion import CannotHoldError, ForceLimits, MotionPhase
 
 SOMETHING = Reason(Cause.TRACKING_ERROR, "something is wrong")
 LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
@@ -109,6 +110,20 @@ def test_it_begins_where_the_machine_is_measured_unless_there_is_an_obstacle():
     parts.operation.begin(parts.now)
     assert parts.operation.leads and parts.states.state is IDLE
     assert parts.operation.commanded == parts.engine.state.heights == HOME
+
+
+def test_it_waits_where_force_limits_cannot_hold_the_weight():
+    parts = Parts(WAITING)
+    parts.measure(HOME)
+    forces = SliderForces(MACHINE, Masses.uniform(1.0, 0.1, 1.0))
+    weak = LIMITS.with_added(ForceLimits(forces, (10.0,) * 3, (50.0,) * 3))
+    parts.engine.set_limits(weak)
+    with pytest.raises(CannotHoldError, match=r"force_limit_up\[\d\] = 10 N cannot hold"):
+        parts.operation.begin(parts.now)
+    assert not parts.operation.leads and parts.states.state is WAITING
+    parts.engine.set_limits(LIMITS)
+    parts.operation.begin(parts.now)
+    assert parts.operation.leads
 
 
 def test_a_fault_ends_the_lead_after_a_ramp():

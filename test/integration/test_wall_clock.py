@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
+import yaml
 from rcl_interfaces.srv import ListParameters
 
+from testing.client import TIMEOUT
 from testing.commands import KINEMATICS, assert_within_limits
 from testing.wall_clock import HOUR, WallClock
 from tri_glide_kinematics.settings import NODES
@@ -18,13 +20,28 @@ def clock(tmp_path):
     return WallClock(tmp_path)
 
 
-@pytest.mark.parametrize("name", [name for name in NODES if name != "panel_node"])
+@pytest.mark.parametrize("name", NODES)
 def test_a_clock_that_is_set_holds_no_node(client, nodes, clock, name):
-    nodes.start(name, prefix=clock.prefix)
+    nodes.start(name, {"port": 0} if name == "panel_node" else {}, prefix=clock.prefix)
     for ahead in SETTINGS:
         client.call(ListParameters, f"{name}/list_parameters", ListParameters.Request())
         clock.set_ahead(ahead)
     client.call(ListParameters, f"{name}/list_parameters", ListParameters.Request())
+
+
+@pytest.mark.slow
+def test_a_clock_that_is_set_holds_no_command(machine, client, nodes, clock, tmp_path):
+    file = tmp_path / "drive.yaml"
+    steps = [{"wait": {"seconds": 0.3}}] * len(SETTINGS)
+    file.write_text(yaml.safe_dump({"steps": [*steps, {"move": {"to": list(FAR)}}]}))
+    machine.start()
+    machine.wait_for_state("idle")
+    drive = nodes.start("drive", arguments=("--", str(file)), prefix=clock.prefix)
+    for number, ahead in enumerate(SETTINGS):
+        name = f"step {number + 1} of"
+        client.wait_for(lambda name=name: name in drive.output, name)
+        clock.set_ahead(ahead)
+    assert drive.process.wait(TIMEOUT) == 0, drive.output
 
 
 @pytest.mark.slow

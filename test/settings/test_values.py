@@ -12,7 +12,6 @@ from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperByPlace, Sha
 from tri_glide_kinematics.settings import (
     IK_NODE,
     SIMULATOR_NODE,
-    check_holding,
     check_joint_names,
     check_travel,
     forces_of,
@@ -104,7 +103,7 @@ def test_bounds_that_are_set_are_added_to_the_limits():
 )
 def test_masses_and_force_limits_that_do_not_fit_together_are_refused(changes, text):
     with pytest.raises(KinematicsError) as refused:
-        check_holding(motion_limits_of(values(**changes), MACHINE), np.array((POSITION,)))
+        motion_limits_of(values(**changes), MACHINE).check_holding(np.array((POSITION,)))
     assert text in str(refused.value)
 
 

@@ -55,7 +55,6 @@ from tri_glide_kinematics.settings import (
     FORCE_LIMITS,
     IK_NODE,
     Values,
-    check_holding,
     file_values,
     machine_of,
     motion_limits_of,
@@ -98,7 +97,7 @@ def check_on_machine(
     """
     machine, bounds = machine_of(values), workspace_limits_of(values)
     limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
-    check_holding(limits, places_inside(machine, bounds))
+    limits.check_holding(places_inside(machine, bounds))
     if is_teaching:
         limits = in_teach_mode(limits, machine)
     return check_program(program, Workspace(machine, bounds), limits, shaper_of(values))

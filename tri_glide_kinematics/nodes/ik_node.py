@@ -58,7 +58,6 @@ from tri_glide_kinematics.ros.starting import FatalError
 from tri_glide_kinematics.settings import (
     IK_NODE,
     Values,
-    check_holding,
     check_joint_names,
     forces_of,
     in_position_bounds_of,
@@ -370,7 +369,7 @@ class IkNode(Node):
     def _check(self, values: Values) -> None:
         """Check what can be set live; all else is checked by what is made of it at the start."""
         machine, places = self._machine_of(values)
-        check_holding(motion_limits_of(values, machine), places)
+        motion_limits_of(values, machine).check_holding(places)
         shaper_of(values)
         in_position_bounds_of(values)
 

@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.tables import PANEL_NODE as PANEL_NODE
     from tri_glide_kinematics.settings.tables import SIMULATOR_NODE as SIMULATOR_NODE
     from tri_glide_kinematics.settings.tables import document as document
-    from tri_glide_kinematics.settings.values import check_holding as check_holding
     from tri_glide_kinematics.settings.values import check_joint_names as check_joint_names
     from tri_glide_kinematics.settings.values import check_travel as check_travel
     from tri_glide_kinematics.settings.values import description_of as description_of

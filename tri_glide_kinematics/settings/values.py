@@ -30,7 +30,7 @@ from tri_glide_kinematics.settings.tables import (
 )
 from tri_glide_kinematics.simulation import PlatformMode, PositionControl, SwingModel
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
 
@@ -149,21 +149,6 @@ def _without_masses(entry: Parameter, values: Values) -> ParameterError:
         f"{entry.name} = {entry.text(values[entry.name])} needs masses: set at least "
         "carriage_masses and platform_mass"
     )
-
-
-def check_holding(limits: SliderLimits, places: FloatArray) -> None:
-    """Check that force limits, if there are some, can hold the weight.
-
-    Args:
-        limits: with what is added to them.
-        places: of the platform. Shape (n, 3) [m].
-
-    Raises:
-        CannotHoldError: names the slider, the force that it needs, and the limit.
-    """
-    for bound in limits.added:
-        if isinstance(bound, ForceLimits):
-            bound.check_holding(places)
 
 
 def forces_of(values: Values, machine: TriGlide) -> SliderForces | None:

@@ -6,13 +6,25 @@ import math
 
 import numpy as np
 import pytest
-from motion_machine import DT, LIMITS, MACHINE, SHAPER, each_kind, engine, run, run_to_rest
+from motion_machine import (
+    DT,
+    HOME,
+    LIMITS,
+    MACHINE,
+    SHAPER,
+    WORKSPACE,
+    each_kind,
+    engine,
+    run,
+    run_to_rest,
+)
 from soak import many, seed
 
 from benchmarks.judge import SCENARIOS
 from benchmarks.soak_bounds import TOLERANCE, soaked
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.motion import (
+    CannotHoldError,
     ForceLimits,
     MotionEngine,
     MotionKind,
@@ -30,6 +42,23 @@ MASSES = Masses.uniform(1.0, 0.1, 1.0)
 def forces(payload: float = 0.0, up: float = 26.0, down: float = 26.0) -> ForceLimits:
     machine = SliderForces(MACHINE, MASSES.with_payload(payload))
     return ForceLimits(machine, (up,) * 3, (down,) * 3)
+
+
+def test_force_limits_that_cannot_hold_the_weight_are_refused_where_the_platform_rests():
+    weak, text = LIMITS.with_added(forces(up=14.0)), r"force_limit_up\[\d\] = 14 N cannot hold"
+    fresh = MotionEngine(WORKSPACE, weak)
+    with pytest.raises(CannotHoldError, match=text):
+        fresh.start(HOME)
+    assert not fresh.started
+    fresh.set_limits(LIMITS.with_added(forces()))
+    fresh.start(HOME)
+    with pytest.raises(CannotHoldError, match=text):
+        fresh.set_limits(weak)
+    # In motion they are in force from the next rest on.
+    fresh.move_to((0.02, 0.0, 0.3))
+    fresh.step(DT)
+    fresh.set_limits(weak)
+    run_to_rest(fresh)
 
 
 def speeds(heights: FloatArray) -> FloatArray:

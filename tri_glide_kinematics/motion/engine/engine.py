@@ -11,6 +11,8 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from tri_glide_kinematics.checks import finite_vector, member
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
@@ -120,9 +122,11 @@ class MotionEngine:
             WrongShapeError: if there are not three numbers.
             NotFiniteError: if one of them is NaN or infinite.
             NoPoseError: if no pose of the platform belongs to them.
+            CannotHoldError: if force limits are too low to hold the weight there.
         """
         h1, h2, h3 = finite_vector("heights", heights, 3)
-        self._machine.forward((h1, h2, h3))
+        position = self._machine.forward((h1, h2, h3))
+        self._holder.newest_limits.sliders.check_holding(np.array((position,)))
         self._execution.plans.preparation = None
         self._execution.plans.tracks = False
         self._holder.shaped = None
@@ -294,12 +298,15 @@ class MotionEngine:
         Raises:
             NotFiniteError: if a scale is NaN or infinite.
             OutOfBoundsError: if it is not in its interval.
+            CannotHoldError: if the platform rests where new force limits cannot hold the weight.
         """
         newest = self._holder.newest_limits
         if speed_scale is None:
             speed_scale = newest.speed_scale
         if path_speed_scale is None:
             path_speed_scale = newest.path_speed_scale
+        if self.started and self.phase is MotionPhase.IDLE:
+            limits.check_holding(np.array((self.platform[0],)))
         self.carry_out(NewLimits(DriveLimits(limits, speed_scale, path_speed_scale)))
 
     def set_speed_scale(self, speed_scale: float) -> None:

@@ -104,6 +104,18 @@ class SliderLimits:
         """Return the same limits with velocities multiplied by ``scale``."""
         return self.times(scale, 1.0, 1.0)
 
+    def check_holding(self, positions: FloatArray) -> None:
+        """Check that the added bounds allow rest.
+
+        Args:
+            positions: of the platform. Shape (n, 3) [m].
+
+        Raises:
+            CannotHoldError: names the slider, the force that it needs, and the limit.
+        """
+        for bound in self.added:
+            bound.check_holding(positions)
+
     def times(self, velocity: float, acceleration: float, jerk: float) -> SliderLimits:
         """Return the limits multiplied by a number for each quantity."""
         factors = np.array(((velocity,), (acceleration,), (jerk,)))
@@ -197,6 +209,9 @@ class AddedBound(ABC):
         It leaves out what velocities ask for; inf where it bounds velocities only [m/s^2].
         """
         return inf
+
+    def check_holding(self, positions: FloatArray) -> None:  # noqa: B027
+        """Check that it allows rest at ``positions``, (n, 3) [m]; see ``SliderLimits``."""
 
     @abstractmethod
     def used(self, position: Series, half: FloatArray) -> UsedParts:

@@ -1,0 +1,160 @@
+"""Soak of the sizing proof: what ``size`` says of a machine holds at every place that is tried.
+
+For wishes at random: no slider needs more than the proved force, at the wanted speed and
+acceleration, and no place of the wanted volume is refused. The worst directions are exact: a force
+is linear in the acceleration of the platform and a quadratic form of its velocity.
+
+Run it as ``python -m benchmarks.soak_sizing --count 300``; it exits with 1 after a violation.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+
+from benchmarks.command_line import numbers
+from benchmarks.sizing import random_wish
+from tri_glide_kinematics.dynamics import SliderForces
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.sizing import (
+    Box,
+    ImpossibleWishError,
+    Objective,
+    Sizing,
+    Wish,
+    size,
+    some_places,
+)
+from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.workspace import Workspace
+
+PLACES = 1000
+# Around the worst place others are tried, each time in a smaller part of the volume.
+ROUNDS = (0.1, 0.01, 0.001)
+# Places are this part inside the edge, which rounding may put outside.
+INSIDE = 1e-9
+# A number may be above what is proved by this part of it: rounding.
+ROUNDING = 1e-9
+
+# Velocities whose squares tell a quadratic form, as pairs of axes.
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+def random_places(wish: Wish, rng: np.random.Generator, count: int = PLACES) -> FloatArray:
+    """Return places of the volume, at its edge, its ends and inside. Shape (n, 3) [m]."""
+    edge = some_places(wish.volume)
+    center = edge[-1]
+    inside = edge[rng.integers(len(edge), size=count)] - center
+    level = center + (1.0 - INSIDE) * np.concatenate((edge - center, inside))
+    level[len(edge) :] = center + rng.random((count, 1)) ** 0.5 * inside
+    low, high = _ends(wish)
+    part = rng.choice((INSIDE, 0.5, 1.0 - INSIDE), len(level))
+    return np.column_stack((level, low + part * (high - low)))
+
+
+def largest_forces(sizing: Sizing, places: FloatArray) -> FloatArray:
+    """Return the largest force at each place, for all velocities and accelerations. (n,) [N]."""
+    machine, wish = sizing.machine, sizing.wish
+    forces = SliderForces(machine, sizing.masses)
+    heights = machine.inverse_batch(places)
+    rises = heights - places[:, 2:]
+    jacobians = np.array([machine.jacobian(place) for place in places.tolist()])
+
+    def needed(velocity: FloatArray, acceleration: FloatArray) -> FloatArray:
+        rates = jacobians @ velocity
+        squares = velocity[0] ** 2 + velocity[1] ** 2 + np.square(rates - velocity[2])
+        return forces.forces_batch(heights, rates, jacobians @ acceleration - squares / rises)
+
+    none, axes = np.zeros(3), np.eye(3)
+    still = needed(none, none)
+    pulls = np.stack([needed(none, axis) - still for axis in axes], axis=-1)
+    forms = np.zeros((*still.shape, 3, 3))
+    for one, other in PAIRS:
+        velocity = axes[one] if one == other else axes[one] + axes[other]
+        value = needed(velocity, none) - still
+        if one != other:
+            value = 0.5 * (value - forms[..., one, one] - forms[..., other, other])
+        forms[..., one, other] = forms[..., other, one] = value
+    extremes = wish.speed**2 * np.linalg.eigvalsh(forms)[..., (0, -1)]
+    most = np.abs(still[..., np.newaxis] + extremes).max(axis=-1)
+    found: FloatArray = (most + wish.acceleration * np.linalg.norm(pulls, axis=-1)).max(axis=-1)
+    return found
+
+
+def part_of_force(sizing: Sizing, rng: np.random.Generator) -> float:
+    """Return the largest force that is found, over the one that is proved."""
+    wish = sizing.wish
+    places = random_places(wish, rng)
+    found = largest_forces(sizing, places)
+    extent = np.ptp(places[:, :2], axis=0)
+    for part in ROUNDS:
+        around = places[found.argmax()] + np.zeros((PLACES // 5, 3))
+        around[:, :2] += part * extent * rng.uniform(-1.0, 1.0, (len(around), 2))
+        around = around[[_is_inside(wish, place) for place in around]]
+        places, found = (
+            np.concatenate((places, around)),
+            np.concatenate((found, largest_forces(sizing, around))),
+        )
+    return float(found.max()) / sizing.force
+
+
+def refused(sizing: Sizing, rng: np.random.Generator) -> list[str]:
+    """Return why places of the volume are refused."""
+    workspace = Workspace(sizing.machine, sizing.workspace_limits())
+    texts = []
+    for place in random_places(sizing.wish, rng).tolist():
+        try:
+            workspace.check_position(place)
+        except KinematicsError as error:
+            texts.append(str(error))
+    return texts
+
+
+def _is_inside(wish: Wish, place: FloatArray) -> bool:
+    volume = wish.volume
+    if isinstance(volume, Box):
+        return bool((place >= volume.lower).all() and (place <= volume.upper).all())
+    away = np.hypot(place[0] - volume.center_x, place[1] - volume.center_y)
+    return bool(away <= volume.radius)
+
+
+def _ends(wish: Wish) -> tuple[float, float]:
+    volume = wish.volume
+    if isinstance(volume, Box):
+        return volume.lower[2], volume.upper[2]
+    return volume.z_min, volume.z_max
+
+
+def main() -> int:
+    """Size machines, and print what was found.
+
+    Returns:
+        Exit code: 1 after a violation.
+    """
+    options = numbers(__doc__, count=(300, "of machines"), seed=(1, "of wishes and places"))
+    parts: list[float] = []
+    impossible = violations = number = 0
+    while len(parts) < options.count:
+        number += 1
+        rng = np.random.default_rng((options.seed, number))
+        wish = random_wish(rng)
+        try:
+            sizing = size(wish, tuple(Objective)[number % 2])
+        except ImpossibleWishError:
+            impossible += 1
+            continue
+        parts.append(part_of_force(sizing, rng))
+        texts = refused(sizing, rng)
+        if parts[-1] > 1.0 + ROUNDING or texts:
+            violations += 1
+            print(f"VIOLATION of wish {number}: force {parts[-1]:.6f}, {wish}, {texts[:1]}")
+    print(
+        f"{len(parts)} machines, {impossible} impossible wishes: force at most {max(parts):.6f} "
+        f"of the proved one, median {np.median(parts):.6f}; {violations} violations"
+    )
+    return int(bool(violations))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
