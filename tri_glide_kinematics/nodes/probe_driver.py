@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
@@ -15,10 +14,13 @@ from std_msgs.msg import Bool
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.calibration.session import (
+    LONGEST_WAIT,
+    TWIST_PERIOD,
     HeightRecord,
     MachineView,
     Probe,
     ProbePhase,
+    ProbeResult,
     ProbeSettings,
     ProbingError,
     RecordingError,
@@ -29,9 +31,6 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.ros.messages import set_stamp
 from tri_glide_kinematics.ros.outputs import cause_of, state_of
 from tri_glide_kinematics.vectors import Vector3
-
-# Who asks right after a motion has to wait for the time of rest that is asked for [s].
-LONGEST_WAIT = 1.0
 
 
 class Resting:
@@ -67,27 +66,10 @@ class Resting:
             future.set_result(heights)
 
 
-# A twist is renewed this often [s]: several times in the time after which ik_node stops.
-TWIST_PERIOD = 0.02
 NEWEST = QoSProfile(depth=1)
 MACHINE_STATE = "ik_node/machine_state"
 # None may be missing: a short one may be that of another's command.
 ALL_STATES = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
-@dataclass(frozen=True)
-class ProbeResult:
-    """The result of a probe.
-
-    Attributes:
-        heights: as reported, at the contact. Shape (3,) [m]; None without a contact that counts.
-        overrun: how far down the platform went after it [m].
-        text: what went wrong; empty if nothing did.
-    """
-
-    heights: Vector3 | None
-    overrun: float
-    text: str
 
 
 class ProbeDriver:

@@ -18,6 +18,9 @@ from tri_glide_interfaces.action import MoveTo
 from tri_glide_interfaces.msg import MotionState
 from tri_glide_kinematics.calibration.ringdown import Quantity
 from tri_glide_kinematics.calibration.session import (
+    LARGEST_DELAY,
+    LONGEST_ANSWER,
+    LONGEST_END,
     MachineView,
     SwingingError,
     SwingMove,
@@ -45,13 +48,7 @@ LOOKING = 0.003
 # What ik_node has to tell of itself: its geometry, its limits, its shaper.
 _OF_BOTH = {entry.name for entry in CALIBRATION_NODE} | {"shaper"}
 PARAMETERS = tuple(entry for entry in IK_NODE if entry.name in _OF_BOTH)
-# Until it has answered, and until a goal that was taken back has ended [s].
-LONGEST_ANSWER = 5.0
-LONGEST_END = 10.0
 
-# A message that took longer than this, or came before it was sent, has the time of a clock that is
-# set otherwise [s].
-LARGEST_DELAY = 1.0
 # REP 145: such an element says that a sensor does not measure this.
 NOT_MEASURED = -1.0
 

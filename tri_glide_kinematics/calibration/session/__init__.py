@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.height_record import (
         RecordingError as RecordingError,
     )
+    from tri_glide_kinematics.calibration.session.leading import LONGEST_WAIT as LONGEST_WAIT
+    from tri_glide_kinematics.calibration.session.leading import MachineView as MachineView
     from tri_glide_kinematics.calibration.session.outcome import NO_PLACE as NO_PLACE
     from tri_glide_kinematics.calibration.session.outcome import NOT_SAID as NOT_SAID
     from tri_glide_kinematics.calibration.session.outcome import parameter_text as parameter_text
@@ -30,9 +32,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.probing import BACK_TOLERANCE as BACK_TOLERANCE
     from tri_glide_kinematics.calibration.session.probing import LETTING_GO as LETTING_GO
     from tri_glide_kinematics.calibration.session.probing import LONGEST_STOP as LONGEST_STOP
-    from tri_glide_kinematics.calibration.session.probing import MachineView as MachineView
+    from tri_glide_kinematics.calibration.session.probing import TWIST_PERIOD as TWIST_PERIOD
     from tri_glide_kinematics.calibration.session.probing import Probe as Probe
     from tri_glide_kinematics.calibration.session.probing import ProbePhase as ProbePhase
+    from tri_glide_kinematics.calibration.session.probing import ProbeResult as ProbeResult
     from tri_glide_kinematics.calibration.session.probing import ProbeSettings as ProbeSettings
     from tri_glide_kinematics.calibration.session.probing import ProbingError as ProbingError
     from tri_glide_kinematics.calibration.session.probing import Speed as Speed
@@ -45,6 +48,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.session import (
         new_session_file as new_session_file,
     )
+    from tri_glide_kinematics.calibration.session.swinging import LARGEST_DELAY as LARGEST_DELAY
+    from tri_glide_kinematics.calibration.session.swinging import LONGEST_ANSWER as LONGEST_ANSWER
+    from tri_glide_kinematics.calibration.session.swinging import LONGEST_END as LONGEST_END
     from tri_glide_kinematics.calibration.session.swinging import STOPS as STOPS
     from tri_glide_kinematics.calibration.session.swinging import SwingingError as SwingingError
     from tri_glide_kinematics.calibration.session.swinging import SwingMove as SwingMove

@@ -6,14 +6,8 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from tri_glide_kinematics.control import (
-    IDLE,
-    JOGGING,
-    STOPPING,
-    WAS_STOPPED,
-    Cause,
-    OperatingState,
-)
+from tri_glide_kinematics.calibration.session.leading import MachineView
+from tri_glide_kinematics.control import IDLE, JOGGING, STOPPING, WAS_STOPPED, Cause
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
@@ -37,6 +31,8 @@ LEAST_PART = 0.05
 # The longest that a stop, and the way back, may take [s].
 LONGEST_STOP = 5.0
 LONGEST_WAY_BACK = 15.0
+# A twist is renewed this often [s]: several times in the time after which ik_node stops.
+TWIST_PERIOD = 0.02
 # The platform is back within this distance [m].
 BACK_TOLERANCE = 5e-5
 # On its way back it moves at this speed at least, and slows down over the last of it [m/s], [s].
@@ -59,29 +55,6 @@ class ProbePhase(Enum):
 
 
 @dataclass(frozen=True)
-class MachineView:
-    """What ik_node told last of itself.
-
-    Attributes:
-        state: None before it has told one, or if it is none that is known here.
-        cause: of the state; None likewise.
-        text: the reason, for people.
-        stops: changes when it is stopped, disabled, in a fault or started anew; None before it has
-            told them.
-    """
-
-    state: OperatingState | None = None
-    cause: Cause | None = None
-    text: str = ""
-    stops: int | None = None
-
-    def __str__(self) -> str:
-        """Return state and reason in words."""
-        state = "not heard yet" if self.state is None else self.state.name.lower()
-        return f"ik_node is {state}: {self.text}"
-
-
-@dataclass(frozen=True)
 class ProbeSettings:
     """How to probe.
 
@@ -95,6 +68,21 @@ class ProbeSettings:
     speed: float
     depth: float
     contact_timeout: float
+
+
+@dataclass(frozen=True)
+class ProbeResult:
+    """The result of a probe.
+
+    Attributes:
+        heights: as reported, at the contact. Shape (3,) [m]; None without a contact that counts.
+        overrun: how far down the platform went after it [m].
+        text: what went wrong; empty if nothing did.
+    """
+
+    heights: Vector3 | None
+    overrun: float
+    text: str
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from enum import Enum
 import numpy as np
 
 from tri_glide_kinematics.calibration.ringdown import Quantity, Recording
-from tri_glide_kinematics.calibration.session.probing import MachineView
+from tri_glide_kinematics.calibration.session.leading import MachineView
 from tri_glide_kinematics.checks import finite, finite_vector, positive
 from tri_glide_kinematics.control import WAS_STOPPED
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
@@ -40,9 +40,15 @@ AT_TARGET, AT_REST = 1e-6, 1e-6
 LARGEST_DEVIATION = 1e-5
 # The sliders lag behind their setpoints. So a recording begins this long after the last one [s].
 SETTLING = 0.02
+# Until ik_node has answered, and until a goal that was taken back has ended [s].
+LONGEST_ANSWER = 5.0
+LONGEST_END = 10.0
+# A message that took longer than this, or came before it was sent, has the time of a clock that is
+# set otherwise [s].
+LARGEST_DELAY = 1.0
 # Before anything moves, so many samples have to come in this time [s].
 FEWEST_SAMPLES = 10
-LONGEST_WAIT = 3.0
+LONGEST_LISTENING = 3.0
 # A machine that is silent for longer is gone; a longer gap of our own leaves its state unknown [s].
 LONGEST_SILENCE = 1.0
 # A slow machine takes long, and a target that is not reached is waited for [s].
@@ -285,8 +291,8 @@ class SwingSearch:
     def _listen(self, machine: MachineView, passed: float, now: float) -> SwingMove | None:
         if self._has_setpoints and self._count >= FEWEST_SAMPLES:
             return self._begin_move(now)
-        if passed > LONGEST_WAIT:
-            bound = f"in {LONGEST_WAIT:g} s"
+        if passed > LONGEST_LISTENING:
+            bound = f"in {LONGEST_LISTENING:g} s"
             self.end(
                 f"{self._count} samples with ascending stamps have come on {self._topic} {bound}, "
                 f"at least {FEWEST_SAMPLES} are needed"
