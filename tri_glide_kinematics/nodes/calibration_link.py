@@ -26,6 +26,7 @@ from tri_glide_kinematics.calibration.session import (
     ProbeDriver,
     SwingDriver,
 )
+from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.goal_sender import GoalSender
 from tri_glide_kinematics.ros.loop import UrgentInputs
 from tri_glide_kinematics.ros.messages import set_stamp
@@ -73,7 +74,7 @@ class CalibrationLink(GoalSender):
         node: Node,
         base_frame: str,
         place_of: Callable[[Vector3], Vector3],
-        unusable: Callable[[str], None],
+        unusable: ReasonLog,
     ) -> None:
         """Talk as a part of ``node``.
 
@@ -150,7 +151,7 @@ class CalibrationLink(GoalSender):
             self._subscriptions.append(subscribe(Imu, ACCELEROMETER, self._on_sample, SAMPLES))
         self._inputs = UrgentInputs(
             self._subscriptions,
-            lambda error: self._unusable(f"unusable message: {type(error).__name__}: {error}"),
+            lambda error: self._unusable.add(f"unusable message: {type(error).__name__}: {error}"),
         )
         return node.resolve_topic_name("joint_states" if by_heights else ACCELEROMETER)
 
@@ -166,8 +167,7 @@ class CalibrationLink(GoalSender):
     # What comes in
 
     def _on_machine(self, message: MachineState) -> None:
-        state, cause = state_of(message), cause_of(message)
-        view = MachineView(state, cause, message.reason, message.stops)
+        view = MachineView(state_of(message), cause_of(message), message.reason, message.stops)
         self.probes.machine(view, time.monotonic())
 
     def _on_contact(self, message: Bool, info: dict[str, Any]) -> None:

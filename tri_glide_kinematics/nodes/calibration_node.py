@@ -108,9 +108,7 @@ class CalibrationNode(Node):
         self._session = Session(plate_of(values), deviations, self._keep)
         believed = TrueMachine(TriGlide(present.geometry), present.height_offsets)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
-        self._link = CalibrationLink(
-            self, values["base_frame"], believed.position, self._unusable.add
-        )
+        self._link = CalibrationLink(self, values["base_frame"], believed.position, self._unusable)
         self._leading = self._link.leading
         self._searches = 0
         self._search_ended = -math.inf

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.probing import Probe as Probe
     from tri_glide_kinematics.calibration.session.probing import ProbeDriver as ProbeDriver
     from tri_glide_kinematics.calibration.session.probing import ProbePhase as ProbePhase
-    from tri_glide_kinematics.calibration.session.probing import ProbeResult as ProbeResult
     from tri_glide_kinematics.calibration.session.probing import ProbeSettings as ProbeSettings
     from tri_glide_kinematics.calibration.session.session import Deviations as Deviations
     from tri_glide_kinematics.calibration.session.session import SavingError as SavingError
@@ -52,7 +51,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.swinging import STOPS as STOPS
     from tri_glide_kinematics.calibration.session.swinging import IkSettings as IkSettings
     from tri_glide_kinematics.calibration.session.swinging import SwingDriver as SwingDriver
-    from tri_glide_kinematics.calibration.session.swinging import SwingMove as SwingMove
     from tri_glide_kinematics.calibration.session.swinging import SwingPhase as SwingPhase
     from tri_glide_kinematics.calibration.session.swinging import SwingSearch as SwingSearch
     from tri_glide_kinematics.calibration.session.swinging import SwingSettings as SwingSettings

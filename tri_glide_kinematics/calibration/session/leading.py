@@ -107,8 +107,7 @@ class Leading:
 
     def measured(self, heights: Vector3, stamp: float, delivery: Delivery) -> float:
         """Take in reported heights [m]; return their ``stamp`` [s], by the clock of the sender."""
-        is_plausible = abs(delivery.sent - stamp) < LARGEST_STAMP_AGE
-        stamp = stamp if is_plausible else delivery.sent
+        stamp = stamp if abs(delivery.sent - stamp) < LARGEST_STAMP_AGE else delivery.sent
         self.record.add(heights, stamp, delivery.now)
         return stamp
 

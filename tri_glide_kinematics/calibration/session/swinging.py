@@ -498,8 +498,7 @@ class SwingDriver:
 
     def _check_machine(self) -> None:
         if not self._machine.is_ready:
-            server = self._machine.server
-            raise LeadingError(f"there is no {server} that could move the platform")
+            raise LeadingError(f"there is no {self._machine.server} that could move the platform")
         self._leading.check_idle()
 
     def _timely(self, delivery: Delivery) -> SwingSearch | None:
