@@ -223,6 +223,19 @@ def test_somebody_else_who_leads_the_platform_ends_the_search(machine):
     assert len(machine.moves) == 1
 
 
+def test_somebody_else_who_leads_it_before_the_end_of_a_move_is_seen_ends_the_search(machine):
+    future = begin(machine)
+    machine.look_until_state(MOVING)
+    machine.tells_setpoints = False
+    machine.look_until(lambda: machine.goals[0].result is not None)
+    machine.send_pose((0.0, 0.02, 0.3))
+    machine.pass_time(0.1)
+    machine.tells_setpoints = True
+    failure = machine.result_of(future, most=3.0).failure
+    assert re.match(r"the setpoints are \d.* mm away .* somebody else leads the platform", failure)
+    assert len(machine.moves) == 1
+
+
 def test_a_target_of_somebody_else_takes_the_place_of_a_move(machine):
     future = begin(machine)
     machine.look_until_state(MOVING)

@@ -204,7 +204,7 @@ class SwingSearch:
         self._stops = stops
         self._stamp = -math.inf
         self._begin = math.inf
-        self._is_recorded_whole = self._is_goal_ended = False
+        self._is_recorded_whole, self._goal_end = False, math.inf
         self._samples: list[tuple[float, Vector3]] = []
 
     def setpoints(self, state: SliderState | None, sent: float, now: float) -> None:
@@ -221,22 +221,20 @@ class SwingSearch:
                 self.end("ik_node leads the machine no more")
             return
         self._has_setpoints = True
-        if self.phase is SwingPhase.MOVING:
-            speed = max(map(abs, state.velocities))
-            if self._distance(state.heights) <= AT_TARGET and speed <= AT_REST:
-                self._begin = sent + SETTLING
-                self._samples.clear()
-                self._go_to(SwingPhase.RECORDING, now)
-        elif self.phase is SwingPhase.RECORDING:
-            away = self._distance(state.heights)
-            if away > LARGEST_DEVIATION:
-                self.end(
-                    f"the setpoints are {number_text(1e3 * away, 3)} mm away from the end of the "
-                    "move: somebody else leads the platform"
-                )
-
-    def _distance(self, heights: Vector3) -> float:
-        return max(abs(one - other) for one, other in zip(heights, self._moves[0].heights))
+        if self.phase not in (SwingPhase.MOVING, SwingPhase.RECORDING):
+            return
+        is_moving = self.phase is SwingPhase.MOVING
+        away = max(abs(one - other) for one, other in zip(state.heights, self._moves[0].heights))
+        if is_moving and away <= AT_TARGET and max(map(abs, state.velocities)) <= AT_REST:
+            self._begin = sent + SETTLING
+            self._samples.clear()
+            self._go_to(SwingPhase.RECORDING, now)
+        # The end of a goal may be heard before its last setpoint, but not long before.
+        elif away > LARGEST_DEVIATION and (not is_moving or now > self._goal_end + LONGEST_SILENCE):
+            self.end(
+                f"the setpoints are {number_text(1e3 * away, 3)} mm away from the end of the "
+                "move: somebody else leads the platform"
+            )
 
     def sample(self, values: Vector3, stamp: float, sent: float, now: float) -> None:
         """Take in a sample; one that is not finite, or not later than the one before, is missing.
@@ -259,7 +257,7 @@ class SwingSearch:
 
     def goal_ended(self, has_arrived: bool, text: str) -> None:
         """Take in how the goal of the present move ended."""
-        self._is_goal_ended = True
+        self._goal_end = self._stepped
         if not has_arrived and self.phase is not SwingPhase.ENDED:
             target = vector_text(self._moves[0].target)
             self.end(f"the move to {target} m did not end there: {text}")
@@ -293,7 +291,9 @@ class SwingSearch:
             self.end(f"no sample has come on {self._topic} for {LONGEST_SILENCE:g} s")
         elif passed > LONGEST_MOVE + self._duration:
             self.end(f"the move has not ended after {number_text(passed, 3)} s: {machine}")
-        elif self.phase is SwingPhase.RECORDING and self._is_recorded_whole and self._is_goal_ended:
+        elif (
+            self.phase is SwingPhase.RECORDING and self._is_recorded_whole and self._goal_end <= now
+        ):
             return self._next(now)
         return None
 
@@ -328,7 +328,7 @@ class SwingSearch:
         return self._begin_move(now)
 
     def _begin_move(self, now: float) -> SwingMove:
-        self._is_recorded_whole = self._is_goal_ended = False
+        self._is_recorded_whole, self._goal_end = False, math.inf
         self._go_to(SwingPhase.MOVING, now)
         return self._moves[0]
 
