@@ -73,6 +73,8 @@ class LedMachine(Rig):
         self.tells_heights = True
         self.encoders_see_swing = False
         self.shaper = None
+        # What people read of its states; None for what the controller says.
+        self.text = None
         # When the parameters are told after they were asked for [s].
         self.answer_time = 0.01
         self.delay = 0.0  # s, of all messages, or a difference of clocks
@@ -235,7 +237,8 @@ class LedMachine(Rig):
 
     def _tell_state(self):
         status = self.controller.status
-        view = MachineView(status.state, status.reason.cause, status.reason.text, status.stops + 7)
+        text = status.reason.text if self.text is None else self.text
+        view = MachineView(status.state, status.reason.cause, text, status.stops + 7)
         if view != self._told:
             self._told = view
             self.probes.machine(view, self.now)

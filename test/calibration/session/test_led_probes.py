@@ -118,7 +118,11 @@ def test_a_contact_that_does_not_open_again_is_told_with_the_touch(machine):
 def test_the_way_back_needs_no_height_offsets():
     """Calibration believes in others than ik_node, by 5 mm."""
     machine = LedMachine(ABOVE, plate=PLATE, offsets=(-0.005,) * 3)
-    machine.result_of(begin(machine))
+    heights, future = [], begin(machine)
+    machine.look_until(lambda: heights.append(machine.place[2]) or future.done())
+    assert future.result().text == ""
+    assert PLATE - 2e-4 < min(heights) < PLATE
+    assert max(heights) < ABOVE[2] + 2.0 * BACK_TOLERANCE
     assert machine.place == pytest.approx(ABOVE, abs=2.0 * BACK_TOLERANCE)
 
 
@@ -225,7 +229,10 @@ def test_our_own_stop_ends_a_probe(machine, begun):
         assert future.result().text == "stop was asked for"
 
 
-def test_a_probe_goes_on_where_twists_are_late(machine):
+@pytest.mark.parametrize("text", [None, "qzfwkpytnbva"])
+def test_a_probe_goes_on_where_twists_are_late(machine, text):
+    """It does not read what is meant for people."""
+    machine.text = text
     # Less than the time from twist to twist: the platform comes to rest before each.
     machine.controller.streams.twists.timeout = 0.012
     machine.result_of(begin(machine))

@@ -259,13 +259,6 @@ def test_without_an_accelerometer_nothing_moves(machine):
     assert not machine.moves
 
 
-def test_without_setpoints_nothing_moves(machine):
-    machine.tells_setpoints = False
-    failure = machine.result_of(begin(machine)).failure
-    assert failure.startswith("ik_node has told of no setpoints on motion_state in 3 s")
-    assert not machine.moves
-
-
 def test_a_sensor_that_measures_no_accelerations_says_so(machine):
     machine.measures_acceleration = False
     failure = machine.result_of(begin(machine)).failure
