@@ -1,4 +1,7 @@
-"""calibration_node as a process, beside ik_node and a simulated machine with a plate."""
+"""calibration_node as a process, beside ik_node and a simulated machine with a plate.
+
+What ends or refuses a probe, and when, test/calibration/session/test_led_probes.py shows.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ from tri_glide_interfaces.srv import (
 )
 from tri_glide_kinematics.calibration.fit import load_measurements
 from tri_glide_kinematics.calibration.session import BACK_TOLERANCE
-from tri_glide_kinematics.control import WAS_STOPPED, Cause
+from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
@@ -44,16 +47,28 @@ class Calibration:
         self.machine, self.client, self._nodes = machine, client, nodes
         self._asking = {}
 
-    def start(self, folder, parameters=None, simulator=None):
+    def start(self, folder):
         self.folder = folder
-        self.node = self._nodes.start(
-            "calibration_node", {"folder": str(folder), **(parameters or {})}
+        self.node = self._nodes.start("calibration_node", {"folder": str(folder)})
+        self.machine.start({"twist_timeout": 1.0}, {"plate_height": PLATE})
+        return self.wait_until_connected()
+
+    def start_anew(self, parameters=None, number=signal.SIGINT):
+        """End the node, and start another one with the same machine."""
+        self.node.signal(number)
+        self.client.wait_for(
+            lambda: self.client.node.count_publishers("target_twist") == 1, "the end of the node"
         )
-        self.machine.start({"twist_timeout": 1.0}, {"plate_height": PLATE, **(simulator or {})})
+        self.node = self._nodes.start(
+            "calibration_node", {"folder": str(self.folder), **(parameters or {})}
+        )
+        return self.wait_until_connected()
+
+    def wait_until_connected(self):
+        """Wait until it hears all that it needs."""
         self.client.wait_for(
             lambda: self.client.node.count_publishers("target_twist") == 2, "calibration_node"
         )
-        # It hears all that it needs.
         self.client.wait_for(lambda: self.call(RecordTouch, "record_touch").success, "measurements")
         self.call(DropMeasurement, "drop")
         return self
@@ -79,11 +94,6 @@ class Calibration:
     @property
     def lines(self):
         return self.call(ListMeasurements, "list").measurements
-
-
-@pytest.fixture
-def calibration(machine, client, nodes):
-    return Calibration(machine, client, nodes)
 
 
 @pytest.fixture(scope="class")
@@ -147,20 +157,6 @@ class TestOneMachine:
         machine.wait_for_state("idle")
         assert len(twists) <= before + 1
 
-    def test_a_probe_goes_on_where_twists_are_late(self, started):
-        calibration, machine, client = started, started.machine, started.client
-        machine.move((*ABOVE[:2], PLATE + 0.0015))
-        count = len(machine.states)
-        # Less than the time from twist to twist: the platform comes to rest before each.
-        assert client.set_parameters("ik_node", {"twist_timeout": 0.015}).successful
-        try:
-            answer = calibration.probe(speed=0.005)
-        finally:
-            client.set_parameters("ik_node", {"twist_timeout": 1.0})
-        assert answer.success, answer.message
-        stops = [state.cause for state in machine.states[count:] if state.state == STOPPING]
-        assert stops.count(Cause.TWISTS_SILENT) > 3
-
     def test_requests_without_a_meaning_get_a_reason(self, started):
         calibration = started
         nan = float("nan")
@@ -187,200 +183,126 @@ class TestOneMachine:
         assert calibration.lines == []
         assert "internal error" not in calibration.node.output
 
-    def test_moving_sliders_are_not_noted(self, started):
+    def test_a_stop_ends_a_probe(self, started):
+        calibration, machine = started, started.machine
+        machine.move((*ABOVE[:2], PLATE + 0.009))
+        asked = calibration.ask(ProbePlate, "probe")
+        machine.wait_for_state("jogging")
+        refused = calibration.call(RecordTouch, "record_touch")
+        assert (refused.success, refused.message) == (False, "a probe is under way")
+        assert calibration.call(Trigger, "stop").message == "the platform comes to rest"
+        calibration.client.wait_for(asked.done, "the end of the probe")
+        assert (asked.result().success, asked.result().message) == (False, "stop was asked for")
+        machine.wait_for_state("idle")
+        assert calibration.call(Trigger, "stop").message == "nothing is under way"
+        assert calibration.lines == []
+
+    def test_somebody_else_ends_a_probe(self, started):
         calibration, machine, client = started, started.machine, started.client
-        # A busy computer may ask late.
-        client.set_parameters("ik_node", {"speed_scale": 0.01})
-        machine.get_going((0.1, 0.0, 0.3), 0.005)
-        answer = calibration.call(RecordTouch, "record_touch")
-        client.set_parameters("ik_node", {"speed_scale": 1.0})
-        assert not answer.success
-        assert "moves" in answer.message
+        machine.move((*ABOVE[:2], PLATE + 0.009))
+        asked = calibration.ask(ProbePlate, "probe")
+        machine.wait_for_state("jogging")
+        client.send_pose((-0.04, 0.02, 0.25))
+        client.wait_for(asked.done, "the end of the probe")
+        assert re.search("ik_node is moving|sends a target pose", asked.result().message)
+        # The last twist may have come after the pose; none comes any more.
+        machine.wait_for_state("idle")
 
-
-def test_the_way_back_of_a_probe_needs_no_height_offsets(calibration, machine, client, tmp_path):
-    """calibration_node believes in others than ik_node, by 5 mm."""
-    calibration.start(tmp_path, {"height_offsets": [-0.005, -0.005, -0.005]})
-    poses = client.record(PoseStamped, "true_pose")
-    machine.move(ABOVE)
-    answer = calibration.probe(speed=0.005)
-    assert answer.success, answer.message
-    machine.wait_for_measured_rest()
-    place = poses[-1].pose.position
-    # A busy computer lets it rise a little too long: at this speed 0.5 mm in 0.1 s.
-    assert (place.x, place.y, place.z) == pytest.approx(ABOVE, abs=1e-3)
-    assert PLATE - 5e-4 < min(pose.pose.position.z for pose in poses)
-    assert max(pose.pose.position.z for pose in poses[-200:]) < ABOVE[2] + 1e-3
-
-
-def test_what_keeps_a_probe_from_its_plate(calibration, machine, client, tmp_path):
-    calibration.start(tmp_path)
-    machine.move(ABOVE)
-    answer = calibration.probe(depth=0.001, speed=0.005)
-    assert (answer.success, answer.message) == (False, "no contact on 1 mm")
-    machine.wait_for_measured_rest()
-    assert machine.state == "idle"
-
-    machine.move((*ABOVE[:2], PLATE - 0.001))
-    answer = calibration.probe()
-    assert not answer.success
-    assert "closed already" in answer.message
-
-    # Somebody else commands.
-    machine.move((*ABOVE[:2], PLATE + 0.009))
-    asked = calibration.ask(ProbePlate, "probe")
-    machine.wait_for_state("jogging")
-    refused = calibration.call(RecordTouch, "record_touch")
-    assert (refused.success, refused.message) == (False, "a probe is under way")
-    client.send_pose((-0.04, 0.02, 0.25))
-    client.wait_for(asked.done, "the end of the probe")
-    assert not asked.result().success
-    assert re.search("ik_node is moving|sends a target pose", asked.result().message)
-    # The last twist may have come after the pose; none comes any more.
-    machine.wait_for_state("idle")
-
-    # A stop.
-    machine.move((*ABOVE[:2], PLATE + 0.009))
-    asked = calibration.ask(ProbePlate, "probe")
-    machine.wait_for_state("jogging")
-    client.stop()
-    client.wait_for(asked.done, "the end of the probe")
-    assert re.search("it was stopped: .*stop was asked for", asked.result().message)
-    assert calibration.lines == []
-
-    # A stop while a probe waits for the platform to rest: it waits for 1 s at most, so on a busy
-    # computer the wait may end before the stop comes.
-    for stop in (client.stop, lambda: calibration.call(Trigger, "stop")):
-        for _ in range(5):
-            client.set_parameters("ik_node", {"speed_scale": 1.0})
-            machine.move((*ABOVE[:2], PLATE + 0.009))
-            client.set_parameters("ik_node", {"speed_scale": 0.02})
-            machine.get_going((*ABOVE[:2], PLATE + 0.08), 0.01)
-            asked = calibration.ask(ProbePlate, "probe")
-            refused = calibration.ask(ProbePlate, "probe", speed=-1.0)
-            client.wait_for(refused.done, "the answer to the later request")
-            if stop().message == "nothing is under way":
-                client.stop()
-            client.wait_for(asked.done, "the end of the probe")
-            assert not asked.result().success
-            if "moves: by" not in asked.result().message:
-                break
-        assert asked.result().message in (WAS_STOPPED, "stop was asked for")
-        client.set_parameters("ik_node", {"speed_scale": 1.0})
-    machine.wait_for_state("idle")
-    asked = calibration.ask(ProbePlate, "probe")
-    machine.wait_for_state("jogging")
-    assert calibration.call(Trigger, "stop").message == "the platform comes to rest"
-    client.wait_for(asked.done, "the end of the probe")
-    assert asked.result().message == "stop was asked for"
-    machine.wait_for_state("idle")
-    assert calibration.call(Trigger, "stop").message == "nothing is under way"
-
-    # The switch dies with the simulator, and so do the measurements.
-    asked = calibration.ask(ProbePlate, "probe")
-    machine.wait_for_state("jogging")
-    machine.simulator.signal(15)
-    client.wait_for(asked.done, "the end of the probe")
-    assert not asked.result().success
-
-
-def test_what_is_missing_for_a_probe_is_told(calibration, machine, client, nodes):
-    node = nodes.start("calibration_node")
-    assert "0 measured heights" in calibration.probe().message
-    machine.start_simulator()
-
-    def told(text):
-        return lambda: text in calibration.probe().message
-
-    client.wait_for(told("there is no ik_node"), "what is missing")
-    assert "probe: there is no ik_node" in node.output
-
-
-def test_measurements_are_noted_listed_dropped_and_saved(calibration, machine, tmp_path):
-    calibration.start(tmp_path, {"touch_deviation": 2e-5})
-    machine.move((0.0, 0.0, 0.3))
-    machine.wait_for_measured_rest()
-    touch = calibration.call(RecordTouch, "record_touch", plate="glass", standard_deviation=3e-5)
-    place = calibration.call(
-        RecordPosition, "record_position", position=Point(x=1.0, y=2.0, z=3.0), frame="camera"
-    )
-    assert (touch.number, place.number) == (1, 2)
-    end = calibration.call(RecordDistanceEnd, "record_distance_end", distance=0.1)
-    assert (end.success, end.number) == (False, 0)
-    assert "first end is missing" in end.message
-    assert calibration.call(RecordDistanceEnd, "record_distance_end").success
-    listed = calibration.call(ListMeasurements, "list")
-    assert listed.message == "missing: the second end of a distance"
-    machine.move((0.1, 0.0, 0.3))
-    machine.wait_for_measured_rest()
-    end = calibration.call(RecordDistanceEnd, "record_distance_end", distance=0.1)
-    assert (end.success, end.number) == (True, 3), end.message
-    assert "drop" not in calibration.call(DropMeasurement, "drop", number=9).message
-    assert calibration.call(DropMeasurement, "drop", number=2).success
-    assert len(calibration.lines) == 2
-
-    file = tmp_path / "measurements.yaml"
-    assert not calibration.call(SaveMeasurements, "save", file="/nowhere/at_all.yaml").success
-    assert calibration.call(SaveMeasurements, "save", file=str(file)).success
-    content = load_measurements(file)
-    assert content.touches[0].plate.height is None
-    assert content.touches[0].standard_deviation == pytest.approx(3e-5)
-    distance = content.distances[0]
-    ends = [MACHINE.forward(heights) for heights in (distance.heights_from, distance.heights_to)]
-    assert ends[0] == pytest.approx((0.0, 0.0, 0.3), abs=EXACT)
-    assert ends[1] == pytest.approx((0.1, 0.0, 0.3), abs=EXACT)
-
-
-def test_a_killed_session_is_gone_on_with(calibration, machine, client, nodes, tmp_path):
-    calibration.start(tmp_path)
-    earlier = set(tmp_path.glob("session_*.yaml"))
-    machine.move((0.0, 0.0, 0.3))
-    machine.wait_for_measured_rest()
-    for count in (1, 2, 3):
-        assert calibration.call(RecordTouch, "record_touch").success
-        # Each one is on the disk when its service has answered.
-        (kept,) = set(tmp_path.glob("session_*.yaml")) - earlier
-        assert len(load_measurements(kept).touches) == count
-    before = list(calibration.lines)
-    calibration.node.signal(signal.SIGKILL)
-    client.wait_for(
-        lambda: client.node.count_publishers("target_twist") == 1, "the end of calibration_node"
-    )
-    calibration.node = nodes.start("calibration_node", {"folder": str(tmp_path)})
-    client.wait_for(lambda: calibration.call(RecordTouch, "record_touch").success, "measurements")
-    loaded = calibration.call(LoadMeasurements, "load", file=kept.name)
-    assert (loaded.success, loaded.count) == (True, 3), loaded.message
-    assert calibration.lines == before
-    machine.wait_for_measured_rest()
-    assert calibration.call(RecordTouch, "record_touch").number == 4
-    # It goes on in a file of its own, and all others are as they were.
-    assert len(load_measurements(kept).touches) == 3
-    sessions = tmp_path.glob("session_*.yaml")
-    assert max(len(load_measurements(file).touches) for file in sessions) == 4
-
-
-def test_no_parameter_file_is_written_of_what_contradicts_the_priors(
-    calibration, machine, tmp_path
-):
-    """The plate is 10 mm lower than calibration_node is told, which is no error of the machine."""
-    calibration.start(tmp_path, {"plate_height": PLATE + 0.01, "prior_height_offsets": 0.001})
-    for place in ((0.0, 0.1), (-0.09, -0.05), (0.09, -0.05), (0.0, 0.0)):
-        machine.move((*place, PLATE))
+    def test_measurements_are_noted_listed_dropped_and_saved(self, started):
+        calibration, machine, folder = started, started.machine, started.folder
+        machine.move((0.0, 0.0, 0.3))
         machine.wait_for_measured_rest()
-        assert calibration.call(RecordTouch, "record_touch").success
-    file = tmp_path / "calibrated.yaml"
-    answer = calibration.call(SolveCalibration, "solve", parameter_file="../calibrated.yaml")
-    assert "is no file in the folder" in answer.message
-    answer = calibration.call(SolveCalibration, "solve", parameter_file=str(file))
-    assert not answer.success
-    assert answer.message.startswith("no parameter file: measurements and assumptions contradict")
-    assert "standard deviations from what was assumed" in answer.message
-    assert not file.exists()
-    # Without a file, all of it is told.
-    answer = calibration.call(SolveCalibration, "solve")
-    assert answer.success, answer.message
-    assert "NOT VALID" in answer.message
-    # Where the platform may be is saved, too: with it, no place outside is proposed.
-    measurements = tmp_path / "measurements.yaml"
-    assert calibration.call(SaveMeasurements, "save", file=str(measurements)).success
-    assert load_measurements(measurements).workspace.lower_heights == pytest.approx((0.3,) * 3)
+        touch = calibration.call(
+            RecordTouch, "record_touch", plate="glass", standard_deviation=3e-5
+        )
+        place = calibration.call(
+            RecordPosition, "record_position", position=Point(x=1.0, y=2.0, z=3.0), frame="camera"
+        )
+        assert (touch.number, place.number) == (1, 2)
+        end = calibration.call(RecordDistanceEnd, "record_distance_end", distance=0.1)
+        assert (end.success, end.number) == (False, 0)
+        assert "first end is missing" in end.message
+        assert calibration.call(RecordDistanceEnd, "record_distance_end").success
+        listed = calibration.call(ListMeasurements, "list")
+        assert listed.message == "missing: the second end of a distance"
+        machine.move((0.1, 0.0, 0.3))
+        machine.wait_for_measured_rest()
+        end = calibration.call(RecordDistanceEnd, "record_distance_end", distance=0.1)
+        assert (end.success, end.number) == (True, 3), end.message
+        assert "drop" not in calibration.call(DropMeasurement, "drop", number=9).message
+        assert calibration.call(DropMeasurement, "drop", number=2).success
+        assert len(calibration.lines) == 2
+
+        file = folder / "measurements.yaml"
+        assert not calibration.call(SaveMeasurements, "save", file="/nowhere/at_all.yaml").success
+        assert calibration.call(SaveMeasurements, "save", file=str(file)).success
+        content = load_measurements(file)
+        assert content.touches[0].plate.height is None
+        assert content.touches[0].standard_deviation == pytest.approx(3e-5)
+        distance = content.distances[0]
+        ends = [
+            MACHINE.forward(heights) for heights in (distance.heights_from, distance.heights_to)
+        ]
+        assert ends[0] == pytest.approx((0.0, 0.0, 0.3), abs=EXACT)
+        assert ends[1] == pytest.approx((0.1, 0.0, 0.3), abs=EXACT)
+
+    def test_a_killed_session_is_gone_on_with(self, started):
+        calibration, machine, folder = started, started.machine, started.folder
+        earlier = set(folder.glob("session_*.yaml"))
+        machine.move((0.0, 0.0, 0.3))
+        machine.wait_for_measured_rest()
+        for count in (1, 2, 3):
+            assert calibration.call(RecordTouch, "record_touch").success
+            # Each one is on the disk when its service has answered.
+            (kept,) = set(folder.glob("session_*.yaml")) - earlier
+            assert len(load_measurements(kept).touches) == count
+        before = list(calibration.lines)
+        calibration.start_anew(number=signal.SIGKILL)
+        loaded = calibration.call(LoadMeasurements, "load", file=kept.name)
+        assert (loaded.success, loaded.count) == (True, 3), loaded.message
+        assert calibration.lines == before
+        machine.wait_for_measured_rest()
+        assert calibration.call(RecordTouch, "record_touch").number == 4
+        # It goes on in a file of its own, and all others are as they were.
+        assert len(load_measurements(kept).touches) == 3
+        sessions = folder.glob("session_*.yaml")
+        assert max(len(load_measurements(file).touches) for file in sessions) == 4
+
+    def test_no_parameter_file_is_written_of_what_contradicts_the_priors(self, started):
+        """The plate is 10 mm lower than it is told to be, which is no error of the machine."""
+        calibration, machine, folder = started, started.machine, started.folder
+        calibration.start_anew({"plate_height": PLATE + 0.01, "prior_height_offsets": 0.001})
+        for place in ((0.0, 0.1), (-0.09, -0.05), (0.09, -0.05), (0.0, 0.0)):
+            machine.move((*place, PLATE))
+            machine.wait_for_measured_rest()
+            assert calibration.call(RecordTouch, "record_touch").success
+        file = folder / "calibrated.yaml"
+        answer = calibration.call(SolveCalibration, "solve", parameter_file="../calibrated.yaml")
+        assert "is no file in the folder" in answer.message
+        answer = calibration.call(SolveCalibration, "solve", parameter_file=str(file))
+        assert not answer.success
+        assert answer.message.startswith(
+            "no parameter file: measurements and assumptions contradict"
+        )
+        assert "standard deviations from what was assumed" in answer.message
+        assert not file.exists()
+        # Without a file, all of it is told.
+        answer = calibration.call(SolveCalibration, "solve")
+        assert answer.success, answer.message
+        assert "NOT VALID" in answer.message
+        # Where the platform may be is saved, too: with it, no place outside is proposed.
+        measurements = folder / "measurements.yaml"
+        assert calibration.call(SaveMeasurements, "save", file=str(measurements)).success
+        assert load_measurements(measurements).workspace.lower_heights == pytest.approx((0.3,) * 3)
+
+    # The last one of this machine.
+    def test_without_ik_node_there_is_no_probe(self, started):
+        started.machine.move(ABOVE)
+        started.machine.wait_for_measured_rest()
+        started.machine.ik.signal(signal.SIGINT)
+
+        def told():
+            return "there is no ik_node" in started.probe().message
+
+        started.client.wait_for(told, "what is missing")
+        assert "probe: there is no ik_node" in started.node.output

@@ -37,7 +37,6 @@ def is_random(machine):
 class TestProbe:
     started = probing.TestOneMachine.started
     test_plate = probing.TestOneMachine.test_a_probe_finds_the_plate_and_comes_back
-    test_late = probing.TestOneMachine.test_a_probe_goes_on_where_twists_are_late
     test_held_up = probing.TestOneMachine.test_a_probe_does_not_go_on_after_its_node_was_held_up
 
     def test_the_texts_were_random(self, started):

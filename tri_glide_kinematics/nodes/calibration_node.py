@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Generator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Any
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
@@ -38,24 +39,20 @@ from tri_glide_kinematics.calibration.fit import (
 )
 from tri_glide_kinematics.calibration.session import (
     Deviations,
-    HeightRecord,
+    LeadingError,
     ProbeSettings,
-    ProbingError,
     SavingError,
     Session,
-    SwingingError,
     SwingSettings,
     keep_measurements,
     new_session_file,
     save_parameters,
 )
 from tri_glide_kinematics.checks import non_negative
-from tri_glide_kinematics.control import WAS_STOPPED
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import file_in
 from tri_glide_kinematics.motion.shaping import ShaperKind
-from tri_glide_kinematics.nodes.probe_driver import ProbeDriver, Resting
-from tri_glide_kinematics.nodes.swing_driver import SwingDriver
+from tri_glide_kinematics.nodes.calibration_link import CalibrationLink, delivery_of
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.inputs import SliderMeasurements
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
@@ -63,7 +60,6 @@ from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
 from tri_glide_kinematics.settings import (
     CALIBRATION_NODE,
-    NO_SHAPER,
     Values,
     check_joint_names,
     machine_of,
@@ -71,18 +67,14 @@ from tri_glide_kinematics.settings import (
 )
 from tri_glide_kinematics.simulation import TrueMachine
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.workspace import Workspace
 
 Answer = Callable[[Any, Any], Awaitable[None]]
 
 PERIOD = 0.005  # s, from look to look at what is measured
 # None may be missing between two looks.
 MEASURED = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
-STOP_ASKED = "stop was asked for"
 # Of a search for modes.
 SOURCES = (FindModes.Request.ACCELEROMETER, FindModes.Request.MEASURED_HEIGHTS)
-# A stamp farther than this from the time of sending is by another clock [s].
-LARGEST_STAMP_AGE = 0.1
 # An answer is on its way for this time; the node does not end before [s].
 FAREWELL = 0.2
 
@@ -107,7 +99,6 @@ class CalibrationNode(Node):
         # With the travel of the sliders as the drives report it.
         self._workspace = workspace_limits_of({**values, "height_offsets": (0.0, 0.0, 0.0)})
         self._reader = SliderMeasurements(values["joint_names"])
-        self._record = HeightRecord()
         self._folder = folder_of(values)
         # Of the present session; none until it has a measurement.
         self._session_file: Path | None = None
@@ -116,20 +107,11 @@ class CalibrationNode(Node):
         )
         self._session = Session(plate_of(values), deviations, self._keep)
         believed = TrueMachine(TriGlide(present.geometry), present.height_offsets)
-        self._resting = Resting(self._record)
-        self._probes = ProbeDriver(
-            self,
-            values["base_frame"],
-            self._record,
-            believed.position,
-            values["contact_delay"],
-        )
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
-        self._swings = SwingDriver(self, lambda: self._probes.machine, self._unusable.add)
+        self._link = CalibrationLink(self, values["base_frame"], believed.position, self._unusable)
+        self._leading = self._link.leading
         self._searches = 0
-        self._stops_asked = 0
         self._search_ended = -math.inf
-        self._is_ending = False
         self.create_timer(1.0, self._unusable.end_of_second)
         self._answers = Answers(self)
         # rclpy's type hints know of no callback that gets to know when a message was sent.
@@ -157,24 +139,17 @@ class CalibrationNode(Node):
             )
         self.create_service(ListMeasurements, "~/list", self._list, qos_profile=CALLS)
         self.create_service(Trigger, "~/stop", self._stop, qos_profile=CALLS)
-        inputs = (measured, self._probes.contacts)
-        self.cycle = Cycle(inputs, PERIOD, self._step, may_end=self._may_end)
+        inputs = (measured, self._link.contacts)
+        self.cycle = Cycle(inputs, PERIOD, self._link.step, may_end=self._may_end)
         PatientServices(self)
-
-    def _step(self) -> None:
-        self._resting.step()
-        self._probes.step()
-        self._swings.step()
 
     def _may_end(self) -> bool:
         """Bring to rest what moves for a search, and return whether all who asked know."""
-        self._is_ending = True
-        self._swings.end("calibration_node ends")
+        self._leading.end("calibration_node ends")
         is_answered = time.monotonic() > self._search_ended + FAREWELL
         return is_answered and not self._searches
 
     def _on_measured(self, data: bytes, info: dict[str, Any]) -> None:
-        now = time.monotonic()
         try:
             reading = self._reader.read(data)
         except KinematicsError as error:
@@ -182,79 +157,48 @@ class CalibrationNode(Node):
             return
         if reading is None:
             return
-        sent = 1e-9 * info["source_timestamp"]
-        is_plausible = abs(sent - reading.stamp) < LARGEST_STAMP_AGE
-        stamp = reading.stamp if is_plausible else sent
-        self._record.add(reading.heights, stamp, now)
-        self._probes.measured(reading.heights, now)
-        self._swings.measured(reading.heights, stamp, sent, now)
+        heights, delivery = reading.heights, delivery_of(info)
+        stamp = self._leading.measured(heights, reading.stamp, delivery)
+        self._link.probes.measured(heights, delivery.now)
+        self._link.swings.measured(heights, stamp, delivery)
 
     async def _answered(self, name: str, answer: Answer, request: Any, response: Any) -> Any:
         """Return the response; while it waits for the machine, the node does all else."""
         with self._answers.told_in(response, name):
-            self._check_free()
+            self._leading.check_free()
             await answer(request, response)
         return response
 
-    def _check_free(self) -> None:
-        """Check that the platform is led for nobody.
-
-        Raises:
-            KinematicsError: if it is, or will not be any more.
-        """
-        if self._probes.is_active:
-            raise ProbingError("a probe is under way")
-        if self._swings.is_active:
-            raise SwingingError("a search for modes is under way")
-        if self._is_ending:
-            raise SwingingError("calibration_node ends")
-
-    def _stops(self) -> tuple[int, int | None]:
-        """Return what changes when this node or ik_node is told to stop."""
-        return self._stops_asked, self._probes.machine.stops
-
-    def _check_not_stopped(self, before: tuple[int, int | None]) -> None:
-        """Check that the platform may still be moved for a request that has waited.
-
-        Args:
-            before: the stops when the request came.
-
-        Raises:
-            KinematicsError: if it is led for somebody else, or a stop has come.
-        """
-        self._check_free()
-        if self._stops() != before:
-            raise ProbingError(STOP_ASKED if self._stops_asked > before[0] else WAS_STOPPED)
+    def _led(self, course: Generator[None, None, Any]) -> Future:
+        """Begin with a ``course``, and return what will hold its result, or what it raises."""
+        future = Future()
+        self._leading.begin(course, future, time.monotonic())
+        return future
 
     async def _record_touch(self, request: Any, response: Any) -> None:
         deviation = requested(request, "standard_deviation", "touch_deviation")
-        heights = await self._resting.heights()
+        heights = await self._led(self._leading.resting_heights())
         response.number = self._session.touch(heights, request.plate, deviation)
         response.message = self._session.lines()[-1]
 
     async def _record_position(self, request: Any, response: Any) -> None:
         deviation = requested(request, "standard_deviation", "position_deviation")
         place = (request.position.x, request.position.y, request.position.z)
-        heights = await self._resting.heights()
+        heights = await self._led(self._leading.resting_heights())
         response.number = self._session.position(heights, place, request.frame, deviation)
         response.message = self._session.lines()[-1]
 
     async def _record_distance_end(self, request: Any, response: Any) -> None:
         deviation = requested(request, "standard_deviation", "distance_deviation")
         distance = non_negative("distance", request.distance, "m")
-        heights = await self._resting.heights()
+        heights = await self._led(self._leading.resting_heights())
         response.number = self._session.distance_end(heights, distance, deviation)
         response.message = self._session.lines()[-1] if response.number else "first end noted"
 
     async def _probe(self, request: Any, response: Any) -> None:
-        stops = self._stops()
         deviation = requested(request, "standard_deviation", "touch_deviation")
         settings = probe_settings_of(self._values, request)
-        heights = await self._resting.heights()
-        self._check_not_stopped(stops)
-        result = await self._probes.begin(settings, heights)
-        if result.heights is None:
-            raise ProbingError(result.text)
+        result = await self._led(self._link.probes.probe(settings))
         response.heights = result.heights
         response.overrun = result.overrun
         response.number = self._session.touch(result.heights, request.plate, deviation)
@@ -268,10 +212,7 @@ class CalibrationNode(Node):
 
     def _stop(self, _: Any, response: Any) -> Any:
         """End what moves the platform."""
-        self._stops_asked += 1
-        is_active = self._probes.is_active or self._swings.is_active
-        self._probes.end(STOP_ASKED)
-        self._swings.end(STOP_ASKED)
+        is_active = self._leading.stop()
         response.success = True
         response.message = "the platform comes to rest" if is_active else "nothing is under way"
         return response
@@ -328,34 +269,21 @@ class CalibrationNode(Node):
             save_modes,
             save_recording,
         )
-        from tri_glide_kinematics.calibration.session import STOPS, swing_moves
+        from tri_glide_kinematics.calibration.session import STOPS
 
-        stops = self._stops()
         settings = swing_settings_of(request)
         kind = shaper_kind_of(request.shaper)
         named = request.parameter_file
         parameter_file = file_in(self._folder, named) if named else None
         name, count = request.recordings, len(STOPS) * len(settings.directions)
         files = [file_in(self._folder, f"{name}_{place + 1}.csv") for place in range(count) if name]
-        values = await self._swings.parameters()
-        shaper = values["shaper"]
-        if shaper != NO_SHAPER:
-            raise SwingingError(
-                f"ik_node has the shaper {shaper}, which takes away the swing that is to be "
-                f"measured: set its parameter shaper to {NO_SHAPER} first"
-            )
-        workspace = Workspace(machine_of(values), workspace_limits_of(values))
-        believed = TrueMachine(workspace.machine, values["height_offsets"])
-        start = believed.position(await self._resting.heights())
-        self._check_not_stopped(stops)
-        moves = swing_moves(workspace, start, settings)
         is_by_heights = request.source == FindModes.Request.MEASURED_HEIGHTS
         names = self._values["joint_names"] if is_by_heights else None
-        search = await self._swings.begin(moves, settings, names)
+        search = await self._led(self._link.swings.search(settings, names))
         for number, (file, recording) in enumerate(zip(files, search.recordings), 1):
             save_recording(file, recording, f"swing {number} of {count}")
         if search.failure is not None:
-            raise SwingingError(search.failure)
+            raise LeadingError(search.failure)
         response.files = list(map(str, files))
         found = combine_modes([find_modes(recording) for recording in search.recordings])
         response.swings = len(found.ringdowns)
@@ -434,9 +362,9 @@ def swing_settings_of(request: FindModes.Request) -> SwingSettings:
     """
     default = SwingSettings()
     if len(request.place) > 1:
-        raise SwingingError(f"{len(request.place)} places: the moves begin at one")
+        raise LeadingError(f"{len(request.place)} places: the moves begin at one")
     if request.source not in SOURCES:
-        raise SwingingError(f"source = {request.source}: it must be one of {SOURCES}")
+        raise LeadingError(f"source = {request.source}: it must be one of {SOURCES}")
     return SwingSettings(
         tuple((each.x, each.y, each.z) for each in request.directions) or default.directions,
         request.length or default.length,
@@ -449,13 +377,13 @@ def shaper_kind_of(name: str) -> ShaperKind:
     """Return the kind of shaper of this name; EI if it is empty.
 
     Raises:
-        SwingingError: if there is none.
+        LeadingError: if there is none.
     """
     try:
         return ShaperKind(name) if name else ShaperKind.EI
     except ValueError:
         known = ", ".join(kind.value for kind in ShaperKind)
-        raise SwingingError(f"shaper = {name!r}: it must be one of {known}") from None
+        raise LeadingError(f"shaper = {name!r}: it must be one of {known}") from None
 
 
 def probe_settings_of(values: Values, request: ProbePlate.Request) -> ProbeSettings:
@@ -468,6 +396,7 @@ def probe_settings_of(values: Values, request: ProbePlate.Request) -> ProbeSetti
         requested(request, "speed", "probe_speed") or values["probe_speed"],
         requested(request, "depth", "probe_depth") or values["probe_depth"],
         values["contact_timeout"],
+        values["contact_delay"],
     )
 
 

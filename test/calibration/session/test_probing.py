@@ -12,7 +12,6 @@ from tri_glide_kinematics.calibration.session import (
     Probe,
     ProbePhase,
     ProbeSettings,
-    Speed,
 )
 from tri_glide_kinematics.control import (
     DISABLED,
@@ -57,9 +56,8 @@ class Platform:
         command = self.probe.step(self.now)
         if command is not None:
             self.commands.append(command)
-        if isinstance(command, Speed):
-            self.speed = 0.0 if self.is_stuck else command.upwards
-            self.state = JOGGING if command.upwards else IDLE
+            self.speed = 0.0 if self.is_stuck else command
+            self.state = JOGGING if command else IDLE
         self.now += PERIOD
         self.position[0] += self.drift * PERIOD
         self.position[2] += self.speed * PERIOD
@@ -102,12 +100,12 @@ def test_contact_ends_the_way_down_and_the_platform_goes_back():
     expected = 1e9 + 102.0 + LETTING_GO
     assert probe.contact_stamp == pytest.approx(expected, abs=3.0 * PERIOD)
     assert probe.lowest == pytest.approx(0.046, abs=1.1 * PERIOD * SETTINGS.speed)
-    first = platform.commands.index(Speed(-0.002))
-    assert set(platform.commands[:first]) == {Speed(0.0)}
-    stop = platform.commands.index(Speed(0.0), first)
-    assert set(platform.commands[first:stop]) == {Speed(-0.002)}
-    assert all(command.upwards >= 0.0 for command in platform.commands[stop:])
-    assert platform.commands[-1] == Speed(0.0)
+    first = platform.commands.index(-0.002)
+    assert set(platform.commands[:first]) == {0.0}
+    stop = platform.commands.index(0.0, first)
+    assert set(platform.commands[first:stop]) == {-0.002}
+    assert all(command >= 0.0 for command in platform.commands[stop:])
+    assert platform.commands[-1] == 0.0
     platform.assert_is_back()
 
 
@@ -173,9 +171,9 @@ def test_a_stop_between_the_way_down_and_the_way_back_ends_it(state):
 
 def test_another_command_ends_it_in_any_phase():
     platform = on_its_way_down()
-    platform.probe.other_command("another", platform.now)
+    platform.probe.end("another")
     assert (platform.probe.phase, platform.probe.failure) == (ProbePhase.ENDED, "another")
-    platform.probe.other_command("once more", platform.now)
+    platform.probe.end("once more")
     assert platform.probe.failure == "another"
 
 
@@ -191,7 +189,7 @@ def test_a_platform_that_leaves_its_way_down_is_led_by_somebody_else():
     platform.drift = 0.01
     probe = platform.run()
     assert "away from its way down: somebody else leads it" in probe.failure
-    assert not any(command.upwards > 0.0 for command in platform.commands)
+    assert not any(command > 0.0 for command in platform.commands)
 
 
 def test_a_platform_that_is_held_is_told():
@@ -234,7 +232,7 @@ def test_a_contact_on_the_way_back_is_a_failure_with_a_stop():
     platform = on_its_way_back()
     platform.plate = 1.0
     assert platform.run().failure == "the contact closes on the way back"
-    assert platform.commands[-1] == Speed(0.0)
+    assert platform.commands[-1] == 0.0
     assert platform.position[2] < 0.0475
 
 
@@ -242,7 +240,7 @@ def test_a_way_back_that_leads_down_is_a_failure_with_a_stop():
     platform = on_its_way_back()
     platform.probe.measured((*START[:2], platform.position[2] - 4e-4), platform.now)
     assert platform.run().failure == "the platform moves down on its way back"
-    assert platform.commands[-1] == Speed(0.0)
+    assert platform.commands[-1] == 0.0
     assert platform.position[2] < 0.0475
 
 

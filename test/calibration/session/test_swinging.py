@@ -18,6 +18,7 @@ from tri_glide_kinematics.calibration.session import (
 )
 from tri_glide_kinematics.control import FAULT, IDLE, WAS_STOPPED, Cause
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
@@ -41,7 +42,7 @@ class Rig:
         self.now = 100.0
         moves = swing_moves(WORKSPACE, PLACE, settings)
         self.search = SwingSearch(moves, settings.duration, SENSOR, self.now, RESTING.stops)
-        self.heights, self.velocities = WORKSPACE.machine.inverse(PLACE), STILL
+        self.state = SliderState(WORKSPACE.machine.inverse(PLACE), STILL, STILL)
         self.machine = RESTING
         self.driven = []
         self.hears = self.feels = True
@@ -52,11 +53,11 @@ class Rig:
     def cycle(self):
         self.now += PERIOD
         if self._goal is not None and self.now >= self._arrival:
-            self.heights, self.velocities = self._goal.heights, STILL
+            self.state = SliderState(self._goal.heights, STILL, STILL)
             self._goal, self._arrival = None, math.inf
             self.search.goal_ended(has_arrived=True, text="")
         if self.hears:
-            self.search.setpoints(self.heights, self.velocities, self.now, self.now)
+            self.search.setpoints(self.state, self.now, self.now)
         if self.feels:
             self.search.sample(
                 (math.sin(50.0 * self.now), 0.0, 9.8), self.now + AHEAD, self.now, self.now
@@ -65,7 +66,7 @@ class Rig:
         if move is not None:
             self.driven.append(move)
             self._goal, self._arrival = move, self.now + self.arrives_after
-            self.velocities = (0.1, 0.0, 0.0)
+            self.state = self.state._replace(velocities=(0.1, 0.0, 0.0))
         return self.search
 
     def run(self, until, limit=60.0):
@@ -224,7 +225,7 @@ def test_a_stop_of_ik_node_ends_the_search_where_nothing_moves_too(phase):
 
 def test_another_motion_spoils_a_recording():
     rig = rig_at(SwingPhase.RECORDING)
-    rig.heights = WORKSPACE.machine.inverse((0.021, 0.0, 0.3))
+    rig.state = SliderState(WORKSPACE.machine.inverse((0.021, 0.0, 0.3)), STILL, STILL)
     assert "somebody else leads the platform" in rig.cycle().failure
 
 
@@ -232,7 +233,7 @@ def test_another_motion_spoils_a_recording():
 def test_setpoints_that_end_are_told(phase):
     rig = rig_at(phase)
     rig.machine = MachineView(FAULT, Cause.MEASUREMENT_JUMP, "a jump")
-    rig.heights = None
+    rig.state = None
     assert rig.cycle().failure == "ik_node leads the machine no more"
 
 

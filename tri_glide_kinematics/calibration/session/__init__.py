@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.height_record import (
         RecordingError as RecordingError,
     )
+    from tri_glide_kinematics.calibration.session.leading import Delivery as Delivery
+    from tri_glide_kinematics.calibration.session.leading import Leading as Leading
+    from tri_glide_kinematics.calibration.session.leading import LeadingError as LeadingError
+    from tri_glide_kinematics.calibration.session.leading import MachineView as MachineView
     from tri_glide_kinematics.calibration.session.outcome import NO_PLACE as NO_PLACE
     from tri_glide_kinematics.calibration.session.outcome import NOT_SAID as NOT_SAID
     from tri_glide_kinematics.calibration.session.outcome import parameter_text as parameter_text
@@ -30,12 +34,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.probing import BACK_TOLERANCE as BACK_TOLERANCE
     from tri_glide_kinematics.calibration.session.probing import LETTING_GO as LETTING_GO
     from tri_glide_kinematics.calibration.session.probing import LONGEST_STOP as LONGEST_STOP
-    from tri_glide_kinematics.calibration.session.probing import MachineView as MachineView
     from tri_glide_kinematics.calibration.session.probing import Probe as Probe
+    from tri_glide_kinematics.calibration.session.probing import ProbeDriver as ProbeDriver
     from tri_glide_kinematics.calibration.session.probing import ProbePhase as ProbePhase
     from tri_glide_kinematics.calibration.session.probing import ProbeSettings as ProbeSettings
-    from tri_glide_kinematics.calibration.session.probing import ProbingError as ProbingError
-    from tri_glide_kinematics.calibration.session.probing import Speed as Speed
     from tri_glide_kinematics.calibration.session.session import Deviations as Deviations
     from tri_glide_kinematics.calibration.session.session import SavingError as SavingError
     from tri_glide_kinematics.calibration.session.session import Session as Session
@@ -45,9 +47,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.session import (
         new_session_file as new_session_file,
     )
+    from tri_glide_kinematics.calibration.session.swinging import ACCELEROMETER as ACCELEROMETER
     from tri_glide_kinematics.calibration.session.swinging import STOPS as STOPS
-    from tri_glide_kinematics.calibration.session.swinging import SwingingError as SwingingError
-    from tri_glide_kinematics.calibration.session.swinging import SwingMove as SwingMove
+    from tri_glide_kinematics.calibration.session.swinging import IkSettings as IkSettings
+    from tri_glide_kinematics.calibration.session.swinging import SwingDriver as SwingDriver
     from tri_glide_kinematics.calibration.session.swinging import SwingPhase as SwingPhase
     from tri_glide_kinematics.calibration.session.swinging import SwingSearch as SwingSearch
     from tri_glide_kinematics.calibration.session.swinging import SwingSettings as SwingSettings

@@ -56,15 +56,6 @@ class HeightRecord:
             self._stamps.popleft()
             self._heights.popleft()
 
-    def age(self, now: float) -> float:
-        """Return how old the newest measurement is [s]; infinite if there is none."""
-        return now - self._received[-1] if self._received else math.inf
-
-    @property
-    def newest(self) -> Vector3 | None:
-        """The newest heights. Shape (3,) [m]."""
-        return self._heights[-1] if self._heights else None
-
     def resting(self, now: float) -> Vector3:
         """Return the mean heights of the last moments, in which nothing moved. Shape (3,) [m].
 

@@ -1,27 +1,37 @@
-"""Decides how a search for modes goes on: a move, the swing behind it, the next. Reads no clock."""
+"""Decides how a search for modes goes on: a move, the swing behind it, the next.
+
+It reads no clock, and knows no ROS: a ``SwungMachine`` takes goals.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from tri_glide_kinematics.calibration.ringdown import Quantity, Recording
-from tri_glide_kinematics.calibration.session.probing import MachineView
+from tri_glide_kinematics.calibration.session.leading import (
+    Course,
+    Delivery,
+    Leading,
+    LeadingError,
+    MachineView,
+)
 from tri_glide_kinematics.checks import finite, finite_vector, positive
 from tri_glide_kinematics.control import WAS_STOPPED
-from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
+from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.motion.engine import GoalCode, Outcome
+from tri_glide_kinematics.motion.limits import SliderState
+from tri_glide_kinematics.simulation import TrueMachine
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
 from tri_glide_kinematics.workspace import Workspace
 
-
-class SwingingError(KinematicsError):
-    """The machine cannot be made to swing now, or was kept from it."""
-
+ACCELEROMETER = "imu/data_raw"
 
 X_Y_Z: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 # Most directions in one recording.
@@ -36,13 +46,21 @@ STOPS = (1.0, 0.4, 0.0)
 
 # Setpoints rest at a target if they are so near to it, and so slow [m], [m/s].
 AT_TARGET, AT_REST = 1e-6, 1e-6
+# The setpoints have arrived; where the platform is measured is another matter.
+ARRIVED = (GoalCode.SUCCEEDED, GoalCode.NOT_REACHED)
 # Farther from it, somebody else has moved them [m].
 LARGEST_DEVIATION = 1e-5
 # The sliders lag behind their setpoints. So a recording begins this long after the last one [s].
 SETTLING = 0.02
+# Until ik_node has answered, and until a goal that was taken back has ended [s].
+LONGEST_ANSWER = 5.0
+LONGEST_END = 10.0
+# A message that took longer than this, or came before it was sent, has the time of a clock that is
+# set otherwise [s].
+LARGEST_DELAY = 1.0
 # Before anything moves, so many samples have to come in this time [s].
 FEWEST_SAMPLES = 10
-LONGEST_WAIT = 3.0
+LONGEST_LISTENING = 3.0
 # A machine that is silent for longer is gone; a longer gap of our own leaves its state unknown [s].
 LONGEST_SILENCE = 1.0
 # A slow machine takes long, and a target that is not reached is waited for [s].
@@ -186,42 +204,37 @@ class SwingSearch:
         self._stops = stops
         self._stamp = -math.inf
         self._begin = math.inf
-        self._is_recorded_whole = self._is_goal_ended = False
+        self._is_recorded_whole, self._goal_end = False, math.inf
         self._samples: list[tuple[float, Vector3]] = []
 
-    def setpoints(
-        self, heights: Vector3 | None, velocities: Vector3 | None, sent: float, now: float
-    ) -> None:
+    def setpoints(self, state: SliderState | None, sent: float, now: float) -> None:
         """Take in where ``ik_node`` commands the sliders to be; None if it does not lead them.
 
         Args:
-            heights: true ones. Shape (3,) [m].
-            velocities: Shape (3,) [m/s].
+            state: with true heights.
             sent: when that was told, by the clock of the computer [s].
             now: when it came in [s].
         """
         self._told = now
-        if heights is None or velocities is None:
+        if state is None:
             if self.phase is not SwingPhase.LISTENING:
                 self.end("ik_node leads the machine no more")
             return
         self._has_setpoints = True
-        if self.phase is SwingPhase.MOVING:
-            speed = max(map(abs, velocities))
-            if self._distance(heights) <= AT_TARGET and speed <= AT_REST:
-                self._begin = sent + SETTLING
-                self._samples.clear()
-                self._go_to(SwingPhase.RECORDING, now)
-        elif self.phase is SwingPhase.RECORDING:
-            away = self._distance(heights)
-            if away > LARGEST_DEVIATION:
-                self.end(
-                    f"the setpoints are {number_text(1e3 * away, 3)} mm away from the end of the "
-                    "move: somebody else leads the platform"
-                )
-
-    def _distance(self, heights: Vector3) -> float:
-        return max(abs(one - other) for one, other in zip(heights, self._moves[0].heights))
+        if self.phase not in (SwingPhase.MOVING, SwingPhase.RECORDING):
+            return
+        is_moving = self.phase is SwingPhase.MOVING
+        away = max(abs(one - other) for one, other in zip(state.heights, self._moves[0].heights))
+        if is_moving and away <= AT_TARGET and max(map(abs, state.velocities)) <= AT_REST:
+            self._begin = sent + SETTLING
+            self._samples.clear()
+            self._go_to(SwingPhase.RECORDING, now)
+        # The end of a goal may be heard before its last setpoint, but not long before.
+        elif away > LARGEST_DEVIATION and (not is_moving or now > self._goal_end + LONGEST_SILENCE):
+            self.end(
+                f"the setpoints are {number_text(1e3 * away, 3)} mm away from the end of the "
+                "move: somebody else leads the platform"
+            )
 
     def sample(self, values: Vector3, stamp: float, sent: float, now: float) -> None:
         """Take in a sample; one that is not finite, or not later than the one before, is missing.
@@ -244,7 +257,7 @@ class SwingSearch:
 
     def goal_ended(self, has_arrived: bool, text: str) -> None:
         """Take in how the goal of the present move ended."""
-        self._is_goal_ended = True
+        self._goal_end = self._stepped
         if not has_arrived and self.phase is not SwingPhase.ENDED:
             target = vector_text(self._moves[0].target)
             self.end(f"the move to {target} m did not end there: {text}")
@@ -278,15 +291,17 @@ class SwingSearch:
             self.end(f"no sample has come on {self._topic} for {LONGEST_SILENCE:g} s")
         elif passed > LONGEST_MOVE + self._duration:
             self.end(f"the move has not ended after {number_text(passed, 3)} s: {machine}")
-        elif self.phase is SwingPhase.RECORDING and self._is_recorded_whole and self._is_goal_ended:
+        elif (
+            self.phase is SwingPhase.RECORDING and self._is_recorded_whole and self._goal_end <= now
+        ):
             return self._next(now)
         return None
 
     def _listen(self, machine: MachineView, passed: float, now: float) -> SwingMove | None:
         if self._has_setpoints and self._count >= FEWEST_SAMPLES:
             return self._begin_move(now)
-        if passed > LONGEST_WAIT:
-            bound = f"in {LONGEST_WAIT:g} s"
+        if passed > LONGEST_LISTENING:
+            bound = f"in {LONGEST_LISTENING:g} s"
             self.end(
                 f"{self._count} samples with ascending stamps have come on {self._topic} {bound}, "
                 f"at least {FEWEST_SAMPLES} are needed"
@@ -313,10 +328,186 @@ class SwingSearch:
         return self._begin_move(now)
 
     def _begin_move(self, now: float) -> SwingMove:
-        self._is_recorded_whole = self._is_goal_ended = False
+        self._is_recorded_whole, self._goal_end = False, math.inf
         self._go_to(SwingPhase.MOVING, now)
         return self._moves[0]
 
     def _go_to(self, phase: SwingPhase, now: float) -> None:
         self.phase = phase
         self._changed = now
+
+
+class IkSettings(NamedTuple):
+    """What ik_node tells of its parameters.
+
+    Attributes:
+        workspace: with the travel as it is in truth.
+        height_offsets: true heights minus those reported. Shape (3,) [m].
+        shaper: its name; None if there is none.
+    """
+
+    workspace: Workspace
+    height_offsets: Vector3
+    shaper: str | None
+
+
+class SwingGoal(Protocol):
+    """A goal that was sent."""
+
+    @property
+    def result(self) -> Outcome | None:
+        """How it ended; None before."""
+
+    def cancel(self) -> None:
+        """Ask for a stop; the result comes when the platform rests."""
+
+
+class SwungMachine(Protocol):
+    """What a search asks for."""
+
+    @property
+    def server(self) -> str:
+        """Name of the one that takes the goals."""
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether there is somebody who takes goals and tells parameters."""
+
+    def ask(self) -> Callable[[], IkSettings | None]:
+        """Ask for the settings; what is returned returns None until they have come.
+
+        It raises a KinematicsError if they are of no use.
+        """
+
+    def move_to(self, position: Vector3, *, kind: str) -> SwingGoal:
+        """Send a goal: to a ``position`` [m]."""
+
+    def listen(self, by_heights: bool) -> str:
+        """Begin to listen to the swing and to setpoints, and return the topic of the swing."""
+
+    def let_go(self) -> None:
+        """Listen no more."""
+
+
+class SwingDriver:
+    """Makes one search at a time, as what comes in from the machine lets it."""
+
+    def __init__(self, leading: Leading, machine: SwungMachine) -> None:
+        """Be ready to send goals to a ``machine`` when ``leading`` lets it."""
+        self._leading = leading
+        self._machine = machine
+        self._search: SwingSearch | None = None
+        self._is_by_heights = False
+        self._is_asking = False
+
+    def search(
+        self, settings: SwingSettings, slider_names: Sequence[str] | None
+    ) -> Course[SwingSearch]:
+        """Make all moves, and record the swing behind each; the search tells what failed.
+
+        With ``slider_names`` measured heights are recorded, else what an accelerometer tells.
+
+        Raises:
+            KinematicsError: if it is not possible to begin.
+        """
+        leading, machine = self._leading, self._machine
+        stops = leading.stops
+        workspace, offsets, shaper = yield from self._settings()
+        if shaper is not None:
+            raise LeadingError(
+                f"ik_node has the shaper {shaper}, which takes away the swing that is to be "
+                "measured: set its parameter shaper to none first"
+            )
+        believed = TrueMachine(workspace.machine, offsets)
+        start = believed.position((yield from leading.resting_heights()))
+        leading.check_not_stopped(stops)
+        moves = swing_moves(workspace, start, settings)
+        self._check_machine()
+        self._is_by_heights = slider_names is not None
+        quantity = Quantity.POSITION if self._is_by_heights else Quantity.ACCELERATION
+        sensor = machine.listen(self._is_by_heights), quantity, tuple(slider_names or "xyz")
+        view, now = leading.machine, leading.now
+        self._search = search = SwingSearch(moves, settings.duration, sensor, now, view.stops)
+        try:
+            yield from leading.lead(self._led(search), "a search for modes", search.end)
+        finally:
+            self._search = None
+            machine.let_go()
+        return search
+
+    def measured(self, heights: Vector3, stamp: float, delivery: Delivery) -> None:
+        """Take in reported heights [m] with their stamp [s]."""
+        search = self._timely(delivery) if self._is_by_heights else None
+        if search is not None:
+            search.sample(heights, stamp, delivery.sent, delivery.now)
+
+    def sample(self, values: Vector3 | None, stamp: float, delivery: Delivery) -> None:
+        """Take in what an accelerometer tells [m/s^2]; None if it measures no such thing."""
+        search = self._timely(delivery)
+        if search is None:
+            return
+        if values is None:
+            search.end(f"the sensor on {ACCELEROMETER} measures no accelerations")
+        elif stamp > 0.0:
+            search.sample(values, stamp, delivery.sent, delivery.now)
+
+    def setpoints(self, state: SliderState | None, delivery: Delivery) -> None:
+        """Take in where ik_node commands the sliders to be, as ``SwingSearch`` does."""
+        search = self._timely(delivery)
+        if search is not None:
+            search.setpoints(state, delivery.sent, delivery.now)
+
+    def _settings(self) -> Course[IkSettings]:
+        """Return what ik_node tells of its parameters."""
+        self._check_machine()
+        if self._is_asking:
+            raise LeadingError("another search for modes is about to begin")
+        self._is_asking = True
+        try:
+            told, end = self._machine.ask(), self._leading.now + LONGEST_ANSWER
+            while (settings := told()) is None:
+                if self._leading.now > end:
+                    raise LeadingError(
+                        f"ik_node has not told its parameters in {LONGEST_ANSWER:g} s"
+                    )
+                yield
+            return settings
+        finally:
+            self._is_asking = False
+
+    def _led(self, search: SwingSearch) -> Course[None]:
+        """Send one goal after the other, until nothing moves for the search any more."""
+        leading, machine = self._leading, self._machine
+        goal: SwingGoal | None = None
+        while True:
+            if goal is not None and goal.result is not None:
+                search.goal_ended(goal.result.code in ARRIVED, goal.result.text)
+                goal = None
+            move = search.step(leading.machine, leading.now)
+            if move is not None:
+                goal = machine.move_to(move.target, kind="linear")
+            if search.phase is SwingPhase.ENDED:
+                break
+            yield
+        if goal is not None:
+            goal.cancel()
+            end = leading.now + LONGEST_END
+            # One that is gone tells nothing more.
+            while goal.result is None and machine.is_ready and leading.now <= end:
+                yield
+
+    def _check_machine(self) -> None:
+        if not self._machine.is_ready:
+            raise LeadingError(f"there is no {self._machine.server} that could move the platform")
+        self._leading.check_idle()
+
+    def _timely(self, delivery: Delivery) -> SwingSearch | None:
+        """Return the search, if there is one; a sender that has another clock ends it."""
+        search, delay = self._search, delivery.received - delivery.sent
+        if search is None or abs(delay) <= LARGEST_DELAY:
+            return search
+        search.end(
+            f"a message came {number_text(delay, 3)} s after it was sent, at most "
+            f"{LARGEST_DELAY:g} s can be: are the clocks of the computers set alike?"
+        )
+        return None

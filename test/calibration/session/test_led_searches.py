@@ -1,0 +1,289 @@
+"""Searches for modes that lead a controller with a swing behind it, in the time of its cycles."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+from controller_rig import MACHINE
+from led_machine import LedMachine
+
+from tri_glide_kinematics.calibration.ringdown import combine_modes, find_modes
+from tri_glide_kinematics.calibration.session import SwingSettings
+from tri_glide_kinematics.control import DISABLED, IDLE, MOVING, WAS_STOPPED
+from tri_glide_kinematics.simulation import PlatformMode
+
+PLACE = (0.0, 0.0, 0.3)
+MODES = (
+    PlatformMode(0, (15.0,), 0.03),
+    PlatformMode(1, (22.0,), 0.02),
+    PlatformMode(2, (22.0,), 0.02),
+)
+ALONG_X = SwingSettings(((1.0, 0.0, 0.0),), duration=1.0)
+NAMES = ("slider_1", "slider_2", "slider_3")
+# Promised: of a frequency as a part of it, of a damping.
+FREQUENCY, DAMPING = 0.01, 0.01
+
+
+@pytest.fixture
+def machine():
+    return LedMachine(PLACE, modes=MODES)
+
+
+def begin(machine, settings=ALONG_X, names=None):
+    return machine.begin(machine.swings.search(settings, names))
+
+
+def between_two_moves(machine, settings=ALONG_X):
+    """Return a search whose first move has ended, while its swing is recorded."""
+    future = begin(machine, settings)
+    machine.look_until_state(MOVING)
+    machine.look_until_state(IDLE)
+    return future
+
+
+def refused(machine, settings=ALONG_X, names=None):
+    """Return why a search is refused; nothing may have moved."""
+    failure = machine.failure_of(begin(machine, settings, names))
+    assert not machine.moves
+    assert machine.listens is None
+    return failure
+
+
+def found(search):
+    return combine_modes([find_modes(recording) for recording in search.recordings])
+
+
+def test_the_modes_are_those_of_the_simulated_machine(machine):
+    settings = SwingSettings(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), duration=1.0)
+    future = begin(machine, settings)
+    machine.look_until(lambda: machine.listens == "/cell/imu/data_raw")
+    search = machine.result_of(future)
+    assert search.failure is None
+    modes = sorted(found(search).modes, key=lambda mode: mode.frequency)
+    assert len(search.recordings) == 6
+    for mode, (frequency, damping) in zip(modes, ((15.0, 0.03), (22.0, 0.02))):
+        assert mode.frequency == pytest.approx(frequency, rel=FREQUENCY)
+        assert mode.damping == pytest.approx(damping, abs=DAMPING)
+    assert machine.place == pytest.approx(PLACE, abs=1e-6)
+    machine.assert_nothing_moves_on()
+
+
+@pytest.mark.parametrize("sees_swing", [True, False])
+def test_encoders_see_the_swing_or_motors_that_stand_still(machine, sees_swing):
+    machine.encoders_see_swing = sees_swing
+    search = machine.result_of(begin(machine, ALONG_X, NAMES))
+    assert search.failure is None
+    assert search.recordings[0].names == NAMES
+    modes = found(search).modes
+    if sees_swing:
+        assert modes[0].frequency == pytest.approx(15.0, rel=FREQUENCY)
+    else:
+        assert not modes
+
+
+def test_moves_that_would_leave_the_limits_are_refused(machine):
+    far = replace(ALONG_X, place=(0.1, 0.0, 0.3), length=0.4)
+    assert "outside the workspace at (0.2031" in refused(machine, far)
+
+
+def test_with_a_shaper_there_is_nothing_to_measure(machine):
+    machine.shaper = "ei"
+    assert refused(machine) == (
+        "ik_node has the shaper ei, which takes away the swing that is to be measured: set its "
+        "parameter shaper to none first"
+    )
+
+
+def test_without_a_server_nobody_is_asked(machine):
+    machine.is_ready = False
+    assert refused(machine) == "there is no /cell/ik_node that could move the platform"
+
+
+def test_a_machine_that_is_not_idle_is_left_alone(machine):
+    machine.controller.disable()
+    machine.look_until_state(DISABLED)
+    machine.look()
+    assert refused(machine).startswith("ik_node is disabled: ")
+
+
+def test_sliders_that_move_are_waited_for_and_then_told(machine):
+    future, begun = begin(machine), machine.now
+    machine.shake_until(future.done)
+    assert machine.now - begun == pytest.approx(1.0, abs=0.1)
+    assert machine.failure_of(future).startswith("slider 1 moves: by 0.002 m in the last 0.2 s")
+
+
+def test_parameters_that_do_not_come_are_told(machine):
+    machine.answer_time = 100.0
+    begun = machine.now
+    assert refused(machine) == "ik_node has not told its parameters in 5 s"
+    assert machine.now - begun == pytest.approx(5.0, abs=0.01)
+    machine.answer_time = 0.0
+    assert machine.result_of(begin(machine)).failure is None
+
+
+def test_one_search_at_a_time_asks_for_parameters(machine):
+    first, second = begin(machine), begin(machine)
+    assert machine.failure_of(second) == "another search for modes is about to begin"
+    assert machine.result_of(first).failure is None
+
+
+def test_one_that_comes_while_another_waits_for_rest_is_refused_once_that_leads(machine):
+    first = begin(machine)
+    machine.shake(0.1)
+    second = begin(machine)
+    machine.shake(0.1)
+    assert machine.failure_of(second) == "a search for modes is under way"
+    assert machine.result_of(first).failure is None
+
+
+@pytest.mark.parametrize(
+    ("stop", "words"),
+    [
+        (lambda machine: machine.leading.stop(), "stop was asked for"),
+        (lambda machine: machine.controller.stop(), WAS_STOPPED),
+        (lambda machine: machine.leading.end("the node ends"), "the node ends"),
+    ],
+)
+def test_a_stop_before_anything_moves_is_remembered(machine, stop, words):
+    machine.answer_time = 0.5
+    future = begin(machine)
+    stop(machine)
+    assert machine.failure_of(future) == words
+    assert not machine.moves
+
+
+def test_a_stop_of_ik_node_ends_the_search(machine):
+    future = begin(machine)
+    machine.look_until_state(MOVING)
+    machine.controller.stop()
+    failure = machine.result_of(future).failure
+    assert re.search(f"did not end there: |{WAS_STOPPED}", failure)
+    machine.assert_nothing_moves_on()
+
+
+def test_a_stop_of_ik_node_between_two_moves_ends_the_search(machine):
+    future = between_two_moves(machine)
+    machine.controller.stop()
+    assert machine.result_of(future).failure == WAS_STOPPED
+    machine.assert_nothing_moves_on()
+
+
+def test_our_own_stop_cancels_the_move_and_waits_for_rest(machine):
+    future = begin(machine)
+    machine.look_until_state(MOVING)
+    machine.look()
+    assert machine.leading.stop()
+    machine.look()
+    assert machine.goals[0].is_cancelled
+    assert machine.controller.progress.speed > 0.0
+    assert not future.done()
+    assert machine.result_of(future).failure == "stop was asked for"
+    assert machine.goals[0].result is not None
+    machine.assert_nothing_moves_on()
+    assert not machine.leading.stop()
+
+
+def test_our_own_stop_between_two_moves_ends_the_search_at_once(machine):
+    future = between_two_moves(machine)
+    assert machine.leading.stop()
+    machine.look()
+    assert machine.result_of(future).failure == "stop was asked for"
+    assert len(machine.moves) == 1
+    machine.assert_nothing_moves_on()
+
+
+def test_the_end_of_the_node_ends_search_and_motion(machine):
+    future = begin(machine)
+    machine.look_until_state(MOVING)
+    machine.leading.end("calibration_node ends")
+    assert machine.result_of(future).failure == "calibration_node ends"
+    assert machine.goals[0].is_cancelled
+    assert machine.failure_of(begin(machine)) == "calibration_node ends"
+
+
+@pytest.mark.parametrize("is_gone", [False, True])
+def test_a_goal_that_does_not_end_is_given_up(machine, is_gone):
+    future = begin(machine)
+    machine.look_until_state(MOVING)
+    machine.obeys = machine.is_alive = False
+    machine.leading.stop()
+    machine.is_ready = not is_gone
+    begun = machine.now
+    assert machine.result_of(future).failure == "stop was asked for"
+    assert machine.now - begun == pytest.approx(0.0 if is_gone else 10.0, abs=0.02)
+
+
+def test_somebody_else_who_leads_the_platform_ends_the_search(machine):
+    future = between_two_moves(machine)
+    machine.send_pose((0.0, 0.02, 0.3))
+    assert "somebody else leads the platform" in machine.result_of(future).failure
+    assert len(machine.moves) == 1
+
+
+def test_somebody_else_who_leads_it_before_the_end_of_a_move_is_seen_ends_the_search(machine):
+    future = begin(machine)
+    machine.look_until_state(MOVING)
+    machine.tells_setpoints = False
+    machine.look_until(lambda: machine.goals[0].result is not None)
+    machine.send_pose((0.0, 0.02, 0.3))
+    machine.pass_time(0.1)
+    machine.tells_setpoints = True
+    failure = machine.result_of(future, most=3.0).failure
+    assert re.match(r"the setpoints are \d.* mm away .* somebody else leads the platform", failure)
+    assert len(machine.moves) == 1
+
+
+def test_a_target_of_somebody_else_takes_the_place_of_a_move(machine):
+    future = begin(machine)
+    machine.look_until_state(MOVING)
+    machine.send_pose((0.0, 0.02, 0.3))
+    assert "did not end there: " in machine.result_of(future).failure
+    assert len(machine.moves) == 1
+
+
+def test_a_killed_ik_node_is_told(machine):
+    future = begin(machine)
+    machine.look_until_state(MOVING)
+    machine.is_alive = machine.is_ready = False
+    failure = machine.result_of(future).failure
+    assert "ik_node has told nothing on motion_state for 1 s" in failure
+
+
+def test_without_an_accelerometer_nothing_moves(machine):
+    machine.feels = False
+    failure = machine.result_of(begin(machine)).failure
+    assert failure.startswith("0 samples with ascending stamps have come on /cell/imu/data_raw")
+    assert not machine.moves
+
+
+def test_a_sensor_that_measures_no_accelerations_says_so(machine):
+    machine.measures_acceleration = False
+    failure = machine.result_of(begin(machine)).failure
+    assert failure == "the sensor on imu/data_raw measures no accelerations"
+
+
+@pytest.mark.parametrize("delay", [1.5, -1.5])
+def test_clocks_that_are_set_otherwise_end_the_search(machine, delay):
+    future = between_two_moves(machine)
+    machine.delay = delay
+    assert machine.result_of(future).failure == (
+        f"a message came {delay:g} s after it was sent, at most 1 s can be: are the clocks of the "
+        "computers set alike?"
+    )
+
+
+def test_heights_by_another_clock_do_not_matter_to_a_search_by_an_accelerometer(machine):
+    future = between_two_moves(machine)
+    machine.stamp_error = 5.0
+    assert machine.result_of(future).failure is None
+
+
+def test_while_it_moves_nobody_else_is_let(machine):
+    future = begin(machine)
+    machine.look_until_state(MOVING)
+    assert machine.failure_of(begin(machine)) == "a search for modes is under way"
+    assert machine.result_of(future).failure is None
+    assert machine.heights == pytest.approx(MACHINE.inverse(PLACE), abs=1e-6)

@@ -1,0 +1,186 @@
+"""Leads the machine for one who asks at a time. Told the time, it never waits for anything."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+from tri_glide_kinematics.calibration.session.height_record import HeightRecord, RecordingError
+from tri_glide_kinematics.control import IDLE, WAS_STOPPED, Cause, OperatingState
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.vectors import Vector3
+
+# Who asks right after a motion has to wait for the time of rest that is asked for [s].
+LONGEST_WAIT = 1.0
+STOP_ASKED = "stop was asked for"
+# A stamp farther than this from the time of sending is by another clock [s].
+LARGEST_STAMP_AGE = 0.1
+
+Result = TypeVar("Result")
+
+# What is asked for, step by step: each ``yield`` is the end of one look.
+Course: TypeAlias = Generator[None, None, Result]
+
+
+class LeadingError(KinematicsError):
+    """The machine cannot be led now, or may not be led any more."""
+
+
+@dataclass(frozen=True)
+class MachineView:
+    """What ik_node told last of itself.
+
+    Attributes:
+        state: None before it has told one, or if it is none that is known here.
+        cause: of the state; None likewise.
+        text: the reason, for people.
+        stops: changes when it is stopped, disabled, in a fault or started anew; None before it has
+            told them.
+    """
+
+    state: OperatingState | None = None
+    cause: Cause | None = None
+    text: str = ""
+    stops: int | None = None
+
+    def __str__(self) -> str:
+        """Return state and reason in words."""
+        state = "not heard yet" if self.state is None else self.state.name.lower()
+        return f"ik_node is {state}: {self.text}"
+
+
+class Delivery(NamedTuple):
+    """When a message was under way.
+
+    Attributes:
+        sent: by the clock of its sender's computer [s].
+        received: by that clock of our computer [s].
+        now: when it came in, by a steady clock [s].
+    """
+
+    sent: float
+    received: float
+    now: float
+
+
+class Leading:
+    """Lets those who ask go on, in each look; one of them at a time leads the machine.
+
+    Attributes:
+        record: of reported heights.
+        machine: what ik_node told last of itself.
+        now: time of the present look, by a steady clock [s].
+    """
+
+    def __init__(self) -> None:
+        """Lead for nobody yet."""
+        self.record = HeightRecord()
+        self.machine = MachineView()
+        self.now = 0.0
+        self._courses: list[tuple[Course[Any], Any]] = []
+        # Who leads: by its name, and what ends it.
+        self._leader: tuple[str, Callable[[str], None]] | None = None
+        self._stops_asked = 0
+        self._end = ""
+
+    def begin(self, course: Course[Any], future: Any, now: float) -> None:
+        """Begin with a ``course``; the ``future`` gets its result, or what it raises."""
+        self.now = now
+        self._go_on(course, future)
+
+    def look(self, now: float) -> None:
+        """Do what is due at a time [s]; to be called again and again."""
+        self.now = now
+        courses, self._courses = self._courses, []
+        for each in courses:
+            self._go_on(*each)
+
+    def _go_on(self, course: Course[Any], future: Any) -> None:
+        try:
+            next(course)
+            self._courses.append((course, future))
+        except StopIteration as end:
+            future.set_result(end.value)
+        except Exception as error:
+            future.set_exception(error)
+
+    def measured(self, heights: Vector3, stamp: float, delivery: Delivery) -> float:
+        """Take in reported heights [m]; return their ``stamp`` [s], by the clock of the sender."""
+        stamp = stamp if abs(delivery.sent - stamp) < LARGEST_STAMP_AGE else delivery.sent
+        self.record.add(heights, stamp, delivery.now)
+        return stamp
+
+    def resting_heights(self) -> Course[Vector3]:
+        """Return the heights at which the sliders rest, as reported. Shape (3,) [m].
+
+        Raises:
+            RecordingError: if they do not.
+        """
+        end = self.now + LONGEST_WAIT
+        while True:
+            try:
+                return self.record.resting(self.now)
+            except RecordingError:
+                if self.now >= end:
+                    raise
+            yield
+
+    @property
+    def stops(self) -> tuple[int, int | None]:
+        """What changes when we or ik_node are told to stop."""
+        return self._stops_asked, self.machine.stops
+
+    def check_free(self) -> None:
+        """Check that the machine is led for nobody.
+
+        Raises:
+            LeadingError: if it is, or will not be any more.
+        """
+        if self._leader is not None:
+            raise LeadingError(f"{self._leader[0]} is under way")
+        if self._end:
+            raise LeadingError(self._end)
+
+    def check_not_stopped(self, before: tuple[int, int | None]) -> None:
+        """Check that the machine may still be led for one who has waited.
+
+        Args:
+            before: the ``stops`` when it was asked for.
+
+        Raises:
+            LeadingError: if it is led for somebody else, or a stop has come.
+        """
+        self.check_free()
+        if self.stops != before:
+            raise LeadingError(STOP_ASKED if self._stops_asked > before[0] else WAS_STOPPED)
+
+    def check_idle(self) -> None:
+        """Check that the machine is ready for a motion.
+
+        Raises:
+            LeadingError: if it is not.
+        """
+        if self.machine.state is not IDLE:
+            raise LeadingError(str(self.machine))
+
+    def lead(self, course: Course[None], name: str, end: Callable[[str], None]) -> Course[None]:
+        """Lead the machine along a ``course``; a stop calls ``end`` with the reason in words."""
+        self._leader = name, end
+        try:
+            yield from course
+        finally:
+            self._leader = None
+
+    def stop(self, reason: str = STOP_ASKED) -> bool:
+        """End what leads the machine, and what waits for that; tell whether anything led it."""
+        self._stops_asked += 1
+        if self._leader is None:
+            return False
+        self._leader[1](reason)
+        return True
+
+    def end(self, reason: str) -> None:
+        """Stop, and lead the machine no more."""
+        self._end = reason
+        self.stop(reason)
