@@ -72,6 +72,7 @@ class LedMachine(Rig):
         # Whether the measured heights reach calibration, too.
         self.tells_heights = True
         self.encoders_see_swing = False
+        self.stamps_samples = True
         self.shaper = None
         # What people read of its states; None for what the controller says.
         self.text = None
@@ -175,6 +176,12 @@ class LedMachine(Rig):
         end = self.now + duration
         self.shake_until(lambda: self.now >= end)
 
+    def creep_until(self, condition):
+        """Be jogged by somebody else, so slowly that the sliders rest, until something holds."""
+        while not condition():
+            self.controller.jog((0.0, 0.0, 1e-5), self.now)
+            self.look()
+
     def begin(self, course):
         future = Future()
         self.leading.begin(course, future, self.now)
@@ -226,7 +233,7 @@ class LedMachine(Rig):
         if self.feels:
             x, y, z = (each + self._noise.gauss(0.0, NOISE) for each in felt.acceleration)
             values = (x, y, z + GRAVITY) if self.measures_acceleration else None
-            self.swings.sample(values, delivery.sent, delivery)
+            self.swings.sample(values, delivery.sent * self.stamps_samples, delivery)
 
     def _tell_contact(self, delivery):
         is_touched, age = self.plate.is_touched(self.place), self._contact[1] + 1

@@ -157,6 +157,14 @@ def test_a_machine_that_is_not_idle_is_left_alone(machine):
     assert refused(machine).startswith("ik_node is disabled: ")
 
 
+def test_one_who_jogs_is_left_to_it(machine):
+    machine.creep_until(lambda end=machine.now + 0.1: machine.now > end)
+    future = begin(machine)
+    machine.creep_until(future.done)
+    assert machine.failure_of(future).startswith("ik_node is jogging: ")
+    assert not machine.twists
+
+
 def test_sliders_that_move_are_no_place_to_probe_from(machine):
     machine.shake(0.01)
     future, begun = begin(machine), machine.now

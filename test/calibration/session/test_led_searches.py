@@ -12,6 +12,7 @@ from led_machine import LedMachine
 from tri_glide_kinematics.calibration.ringdown import combine_modes, find_modes
 from tri_glide_kinematics.calibration.session import SwingSettings
 from tri_glide_kinematics.control import DISABLED, IDLE, MOVING, WAS_STOPPED
+from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.simulation import PlatformMode
 
 PLACE = (0.0, 0.0, 0.3)
@@ -106,6 +107,27 @@ def test_a_machine_that_is_not_idle_is_left_alone(machine):
     machine.look_until_state(DISABLED)
     machine.look()
     assert refused(machine).startswith("ik_node is disabled: ")
+
+
+def test_one_who_jogs_while_a_search_waits_is_left_to_it(machine):
+    machine.answer_time = 0.3
+    future = begin(machine)
+    machine.creep_until(future.done)
+    assert machine.failure_of(future).startswith("ik_node is jogging: ")
+    assert not machine.moves
+
+
+def test_a_target_that_is_measured_elsewhere_is_arrived_at(machine):
+    machine.offset = 0.001
+    machine.pass_time(0.5)
+    search = machine.result_of(begin(machine))
+    assert search.failure is None
+    assert {goal.result.code for goal in machine.goals} == {GoalCode.NOT_REACHED}
+
+
+def test_samples_without_a_stamp_are_none(machine):
+    machine.stamps_samples = False
+    assert machine.result_of(begin(machine)).failure.startswith("0 samples ")
 
 
 def test_sliders_that_move_are_waited_for_and_then_told(machine):
