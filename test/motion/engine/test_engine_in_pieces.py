@@ -286,13 +286,13 @@ def test_a_tracked_jog_a_target_and_limits_lose_none():
 
 @each_kind
 def test_limits_that_come_while_a_moving_target_is_begun_with_are_not_lost(kind):
-    lower = SliderLimits.uniform(0.05, 5.0, 100.0)
+    lower = SliderLimits.uniform(0.1, 5.0, 100.0)
     moving = engine(kind, in_pieces=True)
     moving.move_to(TARGET)
     go(moving, 120, pieces=100)
     moving.track((0.0, 0.0, 0.3), (0.0, 0.0, 0.0))
     moving.set_limits(lower)
-    go(moving, 6000)
+    go(moving, 2500)
     assert moving.limits == lower
     assert np.abs(place(moving) - (0.0, 0.0, 0.3)).max() < 1e-9
 

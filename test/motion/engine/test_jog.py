@@ -1,4 +1,4 @@
-"""Hundreds of jogs into the edge of the workspace: straight, inside, and never stuck."""
+"""Many jogs into the edge of the workspace: straight, inside, and never stuck."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from motion_machine import DT, KINDS, MACHINE, engine, place, within
+from soak import many
 
 from benchmarks.edge_jogs import (
     ROUNDING,
@@ -19,7 +20,7 @@ from benchmarks.edge_jogs import (
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionPhase, NoRoomError
 
-JOGS = 800
+JOGS = many(200)
 
 # The slowest change of direction near an edge is over after this time for these limits [s].
 RAMP = 1.2
@@ -45,7 +46,7 @@ def test_jogs_in_mid_motion_turn_into_their_direction_and_stop_inside(kind):
     rng = np.random.default_rng(8)
     moving = engine(kind)
     turned = 0
-    for _ in range(400):
+    for _ in range(many(100)):
         moving.start(random_heights(rng))
         try:
             if rng.random() < 0.5:
@@ -66,8 +67,7 @@ def test_jogs_in_mid_motion_turn_into_their_direction_and_stop_inside(kind):
         late = moving.sample_plan(np.linspace(ramp, moving.time_to_rest, 20)[:-1])
         for heights, rates in zip(late.heights, late.velocities):
             _, velocity = MACHINE.forward_velocity(heights.tolist(), rates.tolist())
-            speed = np.linalg.norm(velocity)
-            if speed > 1e-6:
+            if (speed := np.linalg.norm(velocity)) > 1e-6:
                 turned += 1
                 cosine = np.dot(velocity, twist) / (speed * np.linalg.norm(twist))
                 assert cosine > math.cos(math.radians(1.0))
@@ -78,7 +78,7 @@ def test_jogs_in_mid_motion_turn_into_their_direction_and_stop_inside(kind):
 def test_every_jog_that_has_ended_can_be_driven_back(kind):
     rng = np.random.default_rng(9)
     moving = engine(kind)
-    for _ in range(200):
+    for _ in range(60):
         moving.start(random_heights(rng))
         twist = random_twist(rng, slowest=0.2)
         try:
@@ -104,7 +104,7 @@ def test_jogs_at_the_edge_in_every_direction_move_or_are_refused_with_a_reason()
         moving.step(DT)
     rows = [moving.state.heights]
     moved = refused = 0
-    for angle in np.linspace(0.0, 4.0 * math.pi, 400):
+    for angle in np.linspace(0.0, 4.0 * math.pi, 100):
         before = place(moving)
         try:
             moving.jog((0.1 * math.cos(angle), 0.1 * math.sin(angle), 0.0))

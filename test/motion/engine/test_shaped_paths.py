@@ -78,7 +78,7 @@ def sampled_paths(count: int):
 @pytest.mark.slow
 @pytest.mark.parametrize("shaper", SHAPERS)
 def test_paths_keep_limits_and_tolerances(shaper):
-    for path, pieces in sampled_paths(many(3)):
+    for path, pieces in sampled_paths(many(1)):
         moving = at_start(path, shaper)
         moving.follow(path)
         heights = driven(moving, 60_000)

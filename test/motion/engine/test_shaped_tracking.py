@@ -102,7 +102,7 @@ def zigzag(time: float) -> tuple[tuple, tuple]:
 
 
 def random_run(
-    machine: TriGlide, shaper: Shaper | None, seed: int, in_pieces: bool, steps: int = 3000
+    machine: TriGlide, shaper: Shaper | None, seed: int, in_pieces: bool, steps: int
 ) -> FloatArray:
     """Follow a target that flies about and jumps, with anything else in between."""
     rng = random.Random(seed)
@@ -138,22 +138,22 @@ def random_run(
 @pytest.mark.parametrize("shaper", [SHAPER, TWO_MODES], ids=["one mode", "two modes"])
 @pytest.mark.parametrize("machine", [MACHINE, UNEQUAL], ids=["equal", "unequal"])
 def test_however_a_target_moves_the_limits_hold(machine, shaper, in_pieces):
-    heights = random_run(machine, shaper, 3, in_pieces, many(1500))
+    heights = random_run(machine, shaper, 5, in_pieces, many(800))
     assert within(heights)
-    assert limit_use(heights).largest[1] > 0.45
+    assert limit_use(heights).largest[1] > 0.8
 
 
 def test_they_would_not_without_the_proof(monkeypatch):
-    assert within(random_run(UNEQUAL, SHAPER, 9, False))
+    assert within(random_run(UNEQUAL, SHAPER, 9, False, 900))
     monkeypatch.setattr(LimitBounds, "keeps_limits", True)
-    assert limit_use(random_run(UNEQUAL, SHAPER, 9, False)).largest[2] > 1.01
+    assert limit_use(random_run(UNEQUAL, SHAPER, 9, False, 900)).largest[2] > 1.01
 
 
 @each_mode
 @pytest.mark.parametrize("shaper", [SHAPER, TWO_MODES], ids=["one mode", "two modes"])
 def test_a_target_on_a_line_is_followed_without_a_lag(shaper, in_pieces):
     moving = shaped(in_pieces, shaper)
-    away = errors(followed(moving, conveyor, 1.5), conveyor)
+    away = errors(followed(moving, conveyor, 1.1), conveyor)
     assert away[800:].max() < 1e-9
     assert moving.tracking_distance == pytest.approx(away[-1], abs=1e-12)
 
@@ -161,7 +161,7 @@ def test_a_target_on_a_line_is_followed_without_a_lag(shaper, in_pieces):
 @each_mode
 def test_on_a_circle_the_delay_is_led_and_the_error_told(in_pieces):
     moving = shaped(in_pieces)
-    heights = followed(moving, circle, 4.0)
+    heights = followed(moving, circle, 2.0)
     away = errors(heights, circle)
     # The delay is 3 mm of the way; led with a steady velocity, 0.5 mm would be left.
     assert math.hypot(*circle(0.0)[1]) * SHAPER.delay > 2.9e-3
@@ -174,7 +174,7 @@ def test_on_a_circle_the_delay_is_led_and_the_error_told(in_pieces):
 def test_a_shaper_takes_most_of_the_swing_out_of_following():
     left = []
     for shaper in (None, SHAPER):
-        heights = followed(shaped(shaper=shaper), zigzag, 4.0)
+        heights = followed(shaped(shaper=shaper), zigzag, 2.0)
         offsets = swing(MACHINE.forward_batch(heights), DT, MODE)
         # From 0.3 s after each turn on the target moves straight, so the platform should, too.
         calm = np.arange(len(offsets)) % 500 >= 300
@@ -313,10 +313,10 @@ def test_a_jog_that_turns_is_tracked_and_becomes_straight(in_pieces):
 
 
 @each_mode
-@pytest.mark.parametrize("step", [0.0005, 0.03, 0.1])
-def test_it_ends_on_the_target_whatever_the_steps_of_the_engine_are(step, in_pieces):
+@pytest.mark.parametrize(("step", "seconds"), [(0.0005, 2.0), (0.03, 4.0), (0.1, 4.0)])
+def test_it_ends_on_the_target_whatever_the_steps_of_the_engine_are(step, seconds, in_pieces):
     moving = shaped(in_pieces)
-    for number in range(round(4.0 / step)):
+    for number in range(round(seconds / step)):
         # For half a second it is outside the workspace.
         x = 0.5 if 0.5 < number * step < 1.0 else 0.05
         moving.track((x, 0.0, 0.3), AT_REST)

@@ -391,7 +391,7 @@ def test_whatever_is_commanded_the_limits_hold(kind, in_pieces):
     moving = resting(kind, in_pieces=in_pieces)
     others: list[Shaping | None] = [BY_PLACE, BY_PLACE, by_place(30.0, 12.0), None]
     heights, shapers = [], [moving.shaper]
-    for _ in range(5000):
+    for _ in range(2000):
         event = rng.random()
         try:
             if event < 0.006:
@@ -473,7 +473,7 @@ def left_behind(kind: MotionKind, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 @each_kind
 def test_a_mode_that_differs_by_40_percent_is_calm_and_with_a_fixed_shaper_it_is_not(kind):
-    (_, left), (fixed_fails, fails) = left_behind(kind, 40)
+    (_, left), (fixed_fails, fails) = left_behind(kind, 20)
     assert left <= 0.1
     assert fixed_fails > 0.25
     assert fails < 0.5 * fixed_fails

@@ -14,14 +14,14 @@ from tri_glide_kinematics.motion.moves import LONGEST_ON_LINE
 from tri_glide_kinematics.motion.moves import own_stop as shortest
 from tri_glide_kinematics.motion.trajectory import RuckigPlanner
 
-# So many states take about a second.
+# So many states take half a second.
 COUNTS = {
-    "slider moves": 60,
-    "lines": 60,
+    "slider moves": 40,
+    "lines": 30,
     "jogs, steady": 40,
     "jogs, just begun": 50,
     "jogs, just changed": 25,
-    "tracking": 6,
+    "tracking": 3,
     "paths at full speed": 6,
     "paths with a speed": 6,
 }

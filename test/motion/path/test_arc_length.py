@@ -36,7 +36,7 @@ def test_the_length_is_that_of_many_chords():
 
 def test_the_inverse_of_the_way_driven():
     rng = np.random.default_rng(2)
-    for _ in range(40):
+    for _ in range(15):
         path, _ = random_path(rng)
         driven = path.driven
         ways = np.concatenate((rng.uniform(0.0, path.length, 200), [0.0, path.length]))

@@ -115,8 +115,8 @@ def test_the_edge_ahead_is_a_halt_on_the_line(direction, speed):
     run = TrackingRun(workspace=BOX)
     unit = np.array(direction) / np.linalg.norm(direction)
     wanted = WantedVelocity(tuple((speed * unit).tolist()))
-    places = run.run(lambda time: wanted, 0.4 / speed + 1.0)
     way = BOX.exit_distance(PLACE, unit, 1.0)
+    places = run.run(lambda time: wanted, way / speed + 0.6)
     assert run.rests
     assert deviation(places, unit) < 1e-6
     assert 0.0 <= way - float((places[-1] - PLACE) @ unit) < 2.0 * EDGE_CLEARANCE

@@ -40,7 +40,7 @@ def test_plan_in_motion_is_the_trajectory_of_ruckig(first, second, part):
     given_.max_jerk = LIMITS.jerk
     Ruckig(3, 0.001).calculate(given_, trajectory)
     assert plan.duration == pytest.approx(trajectory.duration, abs=1e-10)
-    for time in np.linspace(0.0, 0.999 * plan.duration, 50).tolist():
+    for time in np.linspace(0.0, 0.999 * plan.duration, 15).tolist():
         expected = SliderState(*(tuple(row) for row in trajectory.at_time(time)))
         assert_same(plan.at(time), expected, 1e-9)
 

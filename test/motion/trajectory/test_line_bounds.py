@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from soak import many
 from strategies import DEFAULT_LIMITS
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -75,7 +76,7 @@ def jerks(plan: LinePlan, times):
 @pytest.mark.parametrize("blended", [False, True])
 def test_bounds_hold_between_the_knots_and_are_tight(blended):
     excesses = []
-    for plan in plans(60, 3, blended):
+    for plan in plans(many(20), 3, blended):
         bounds = derivative_bounds(plan.line, plan.scaling, plan.blend)
         knots = plan.scaling.times
         for piece in range(len(knots) - 1):
