@@ -39,12 +39,12 @@ def test_a_jerk_that_chatters_is_told():
 
 @pytest.mark.slow
 def test_setpoints_are_as_smooth_as_they_were_measured(monkeypatch):
-    for name, count in (("MOVES", 15), ("JOGS", 8), ("TARGETS", 2), ("PATHS", 4)):
+    for name, count in (("MOVES", 15), ("JOGS", 4), ("TARGETS", 1), ("PATHS", 4)):
         numbers = some(range(getattr(bench_smoothness, name)), count)
         monkeypatch.setattr(bench_smoothness, name, len(numbers))
     found = {row.kind: row for row in bench_smoothness.rows()}
     assert found.keys() == bench_smoothness.KINDS.keys()
-    assert min(row.motions for row in found.values()) >= 2
+    assert min(row.motions for row in found.values()) >= 1
     # A slider that is at its limit all the time takes 8.
     for kind in ("lines", "slider moves"):
         assert found[kind].fast < 0.012

@@ -21,8 +21,9 @@ WISH = ["--cylinder", "0.1", "0.12", "--speed", "1", "--acceleration", "10", "--
 
 
 @pytest.fixture(autouse=True)
-def coarse_maps(monkeypatch):
+def coarse(monkeypatch):
     monkeypatch.setattr(machine, "PLACES", 41)
+    monkeypatch.setattr(search, "ROUNDS", 9)
 
 
 def test_a_wish_leads_to_a_parameter_file_that_is_drawn(tmp_path, capsys):
