@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
@@ -55,7 +56,7 @@ def in_teach_mode(limits: SliderLimits, machine: TriGlide) -> SliderLimits:
     """Return ``limits`` with a platform of the ``machine`` that is no faster than in teach mode."""
     if limits.platform_speed <= TEACH_SPEED:
         return limits
-    others = [each for each in limits.added if not isinstance(each, PlatformSpeedLimit)]
+    others = [each for each in limits.added if math.isinf(each.platform_speed)]
     return limits.with_added(PlatformSpeedLimit(machine, TEACH_SPEED), *others)
 
 
