@@ -22,7 +22,7 @@ from tri_glide_kinematics.errors import (
 # Numbers are no larger than this, whatever their unit, so that products of several do not overflow.
 LARGEST = 1e30
 
-# What is nearer to zero than this has lost digits. An integer that is read as a float is, too.
+# Numbers nearer to zero than this have lost digits. An integer that is read as a float is one, too.
 SMALLEST = sys.float_info.min
 
 Member = TypeVar("Member", bound=Enum)

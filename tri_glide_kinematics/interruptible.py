@@ -14,10 +14,10 @@ from typing import Any, Generic, TypeVar, overload
 import numpy as np
 from numpy.typing import NDArray
 
-# So many rows of an array are copied between two breaks.
+# Number of rows of an array that are copied between two breaks.
 ROWS = 10_000
 
-# So many rows of arrays are worked on between two breaks: some 20 operations take 0.2 ms.
+# Number of rows of arrays that are worked on between two breaks: some 20 operations take 0.2 ms.
 WORKED_ROWS = 4_000
 
 Owner = TypeVar("Owner")

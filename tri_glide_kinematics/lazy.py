@@ -34,7 +34,7 @@ def when_first_used(
         return value
 
     def names() -> list[str]:
-        # What the package itself needs is not among them.
+        # Names that the package itself needs are not among them.
         own = (name for name in vars(sys.modules[package]) if name.startswith("__"))
         return sorted({*home_of, *own})
 

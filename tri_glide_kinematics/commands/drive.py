@@ -293,7 +293,7 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
         # They are counted: the second one ends the command, not the process.
         signals = EndSignals()
         signals.call(lambda: None)
-        # Whoever goes on where the program ended at a stop lets it pass.
+        # A user who goes on where the program ended at a stop lets it pass.
         first = next((step for step in work.steps if step.takes_time), None)
         terminal.drive(run, signals.came, first if options.go_on else None)
         signals.ignore()

@@ -229,7 +229,7 @@ class CommandedMotion:
         if goal.outcome is not None:
             return
         before = self._newest_target.command
-        # What is to be replaced goes on, unless its goal has ended for this one already.
+        # The motion to be replaced goes on, unless its goal has ended for this one already.
         has_taken_over = (
             goal is self._queue.target
             and before is not None
@@ -279,7 +279,7 @@ class CommandedMotion:
                 self._note(decided)
             refusal = self._engine.take_refusal()
             if refusal is not None:
-                # What was carried out already cannot go on.
+                # A motion that was carried out already cannot go on.
                 self._give_up(refusal, str(refusal))
         except Exception as error:
             self._operation.fail(error)

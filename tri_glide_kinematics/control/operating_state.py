@@ -147,7 +147,7 @@ class ControllerStatus:
     stops: int = 0
 
 
-# What has happened where ``stops`` has changed.
+# Reason to tell when ``stops`` has changed.
 WAS_STOPPED = "ik_node was stopped, disabled, in a fault or started anew"
 
 

@@ -232,7 +232,7 @@ class CalmClient(DemoNode):
 
     def _wait_until_faded(self) -> None:
         """Wait until the setpoints rest, and the platform, too."""
-        # What is recorded may have waited in a queue for longer than the end of a goal.
+        # Recorded messages may have waited in a queue for longer than the end of a goal.
         self._heard = (0, 0)
         now = self.get_clock().now().nanoseconds
         self.wait_for(lambda: min(self._heard) > now, MOVE_TIMEOUT, "listening to all setpoints")

@@ -16,7 +16,7 @@ COLORS = ("tab:blue", "tab:orange", "tab:green")
 # Quantities as they are drawn: the unit, and how many of it are one in SI.
 DRAWN = {Quantity.POSITION: ("mm", 1e3), Quantity.ACCELERATION: ("m/s²", 1.0)}
 
-# So many decay times of the slowest mode are drawn, where the recording goes on.
+# Decay times of the slowest mode that are drawn of a longer recording.
 DECAYS = 6.0
 
 

@@ -51,7 +51,7 @@ SAMPLES = QoSProfile(depth=500, reliability=ReliabilityPolicy.BEST_EFFORT)
 # Looks for samples take no longer than this in a cycle [s].
 LOOKING = 0.003
 
-# What ik_node has to tell of itself: its geometry, its limits, its shaper.
+# Parameters that ik_node has to tell of itself: its geometry, its limits, its shaper.
 _OF_BOTH = {entry.name for entry in CALIBRATION_NODE} | {"shaper"}
 PARAMETERS = tuple(entry for entry in IK_NODE if entry.name in _OF_BOTH)
 
@@ -111,7 +111,7 @@ class CalibrationLink(GoalSender):
             self._inputs.handle(time.monotonic() + LOOKING)
         self.leading.look(time.monotonic())
 
-    # What a probe asks for
+    # Requests of a probe
 
     @property
     def is_there(self) -> bool:
@@ -126,7 +126,7 @@ class CalibrationLink(GoalSender):
         set_stamp(message.header.stamp, self._node.get_clock())
         self._twists.publish(message)
 
-    # What a search for modes asks for
+    # Requests of a search for modes
 
     @property
     def is_ready(self) -> bool:
@@ -164,7 +164,7 @@ class CalibrationLink(GoalSender):
             self._node.destroy_subscription(each)
         self._subscriptions = []
 
-    # What comes in
+    # Incoming messages
 
     def _on_machine(self, message: MachineState) -> None:
         view = MachineView(state_of(message), cause_of(message), message.reason, message.stops)

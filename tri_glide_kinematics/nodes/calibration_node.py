@@ -130,7 +130,7 @@ class CalibrationNode(Node):
             ("solve", SolveCalibration, self._solve),
             ("find_modes", FindModes, self._find_modes),
         )
-        # What waits would keep all others of its group from their turns.
+        # The services share a reentrant group: one that waits keeps no other from its turn.
         group = ReentrantCallbackGroup()
         for name, kind, answer in services:
             answered = partial(self._answered, name, answer)

@@ -79,7 +79,7 @@ RELIABLE = QoSProfile(depth=10)
 # A path may be long.
 LATEST_PATH = QoSProfile(depth=1)
 
-# What changes all the time, as the twist of a joystick does, is told this often [s].
+# Period [s] of telling values that change all the time, as the twist of a joystick does.
 STATUS_PERIOD = 0.1
 
 # Planning may delay the setpoint by this part of a period: so from rest the first one that leads

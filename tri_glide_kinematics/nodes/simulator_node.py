@@ -55,10 +55,10 @@ RELIABLE = QoSProfile(depth=10)
 # that the switch is there [s].
 CONTACT_PERIOD = 0.02
 
-# So many setpoints may wait after a stall where each of them counts.
+# Number of setpoints that may wait after a stall where each of them counts.
 WAITING_SETPOINTS = 1000
 
-# What a sensor tells has been equally spaced unless that leads so far away from the clock [ns].
+# Time [ns] that equally spaced stamps of a sensor may be away from the clock.
 CLOCK_TOLERANCE = 20_000_000
 
 GRAVITY = 9.80665  # m/s^2

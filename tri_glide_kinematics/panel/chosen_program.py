@@ -187,7 +187,7 @@ class ChosenProgram:
             settings = replace(settings, start=self._present())
         return settings
 
-    # What is shown
+    # Texts for the page
 
     @property
     def outside(self) -> str:

@@ -95,7 +95,7 @@ _PAUSES = {0: StopKind.PAUSE, 10: StopKind.OPTIONAL, 600: StopKind.PAUSE, 250: S
 _PAUSES |= dict.fromkeys((2260, 6000, 6010), StopKind.PAUSE)
 _ENDS = (20, 300)
 
-# What would help with commands that are known and not understood.
+# Advice for commands that are known and not understood.
 _MAP_HELP = "no map of a bed is known here: calibrate the machine, and name this under ignored"
 _HELP = {
     **dict.fromkeys((410, 411, 420, 421), "let the CAM program compensate for the cutter itself"),
@@ -314,14 +314,15 @@ class _Interpreter:
         skips, extrudes = settings.block_delete, self._customs.extrudes
         self._reader = WordReader(file, data, texts, skips, extrudes)
         self._line = 0
-        # Where the motors are switched off, and how many segments a path can have.
+        # Line that switches the motors off, 0 for none, and the largest number of segments of a
+        # path.
         self._motors_off = 0
         self._most = MOST_SEGMENTS
         self._is_after_percent = False
         self._ended = False
         self._told: dict[str, Told] = {}
         self._straight: dict[str, _Straight | None] = {}
-        # What holds.
+        # The modes, offsets and numbers in force.
         self._motion: int | None = None
         self._unit = MILLIMETRE
         self._plane = (0, 1, 2)
@@ -335,7 +336,7 @@ class _Interpreter:
         self._spindle = 0.0
         self._spindle_speed = 0.0
         self._coolant: set[str] = set()
-        # Where the platform is sent; the last segment ends hardly elsewhere.
+        # The place that the platform is sent to; the last segment ends hardly elsewhere.
         self._here = list(settings.begin)
         self._writer = _Writer(settings.begin)
 

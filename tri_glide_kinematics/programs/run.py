@@ -312,7 +312,7 @@ class _StepDriver:
         """End the waiting for somebody, if there is one."""
         self._is_told_to_go_on = self._status.state is RunState.WAITING
 
-    # What is done for each kind of step
+    # The work of each kind of step
 
     def move(self, step: MoveStep) -> Course[StepReport]:
         """Go to a position."""
@@ -418,7 +418,7 @@ class _StepDriver:
             if step.line_at():
                 text = f"at line {self._status.line}: {text}"
         deviation = None if math.isnan(end.deviation) else end.deviation
-        # Whoever ends a goal because its node ends tells no more whether the platform moves.
+        # A node that ends its goal because it ends itself tells no more whether the platform moves.
         self.is_out_of_hand = end.code is GoalCode.SHUTDOWN
         return StepReport(step, _name(end.code), is_good, taken, length, deviation, text)
 
@@ -559,7 +559,7 @@ class ProgramRun:
         self.reports += (StepReport(step, NOT_DRIVEN) for step in self._rest)
         if not is_good or status.is_stopped:
             yield from self._switch_off()
-        # What was put out last has to arrive before a process ends.
+        # The last outputs have to arrive before a process ends.
         begin = status.now
         while status.now < begin + SILENCE and not self._machine.has_delivered:
             yield

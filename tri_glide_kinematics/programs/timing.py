@@ -116,7 +116,7 @@ class _Timing:
             last = self.plans[-1]
             self._add(_rest(last.at(last.duration), step.duration))
         else:
-            # Where it rests is known when it moves.
+            # The place of this rest is known only when the machine moves.
             self._rest_before += step.duration
             self.duration += step.duration
 

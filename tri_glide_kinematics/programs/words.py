@@ -29,7 +29,7 @@ LARGEST_NUMBER = 1e9
 # No more of a word is written into a text [characters].
 LONGEST_WORD = 60
 
-# What a byte is to the reader.
+# Kinds of a byte as the reader takes it.
 SPACE, LETTER, NUMBER, LINE_END, OTHER = range(5)
 KINDS = np.full(256, OTHER, dtype=np.uint8)
 for _kind, _bytes in (
@@ -326,7 +326,7 @@ def _unusual_lines(text: bytes, line_ends: NDArray[np.intp], extrudes: bool) -> 
     codes = np.frombuffer(text, np.uint8)
     kinds = KINDS[codes]
     if not extrudes:
-        # What may be an exponent is no letter.
+        # An E that may begin an exponent is no letter.
         kinds[1:][(codes[1:] == ord("E")) & (kinds[:-1] == NUMBER)] = OTHER
     places = np.flatnonzero(kinds != SPACE)
     solid = kinds[places]

@@ -39,7 +39,7 @@ LATE = 1.5
 # median: on a computer that is too busy, every cycle is late.
 SAME_PERIOD = 0.3
 
-# So many rows are looked at together.
+# Number of rows that are looked at together.
 BLOCK = 100_000
 # A jerk is a difference over so many rows before its own.
 ROWS_BEFORE = 3
@@ -421,7 +421,7 @@ class _Judging:
         rows = np.flatnonzero(wrong)
         if not rows.size:
             return
-        # What is not finite counts as the largest.
+        # A value that is not finite counts as the largest.
         worst = int(rows[values[rows].argmax()])
         first, time = float(self._times[rows[0]]), float(self._times[worst])
         value = float(values[worst])

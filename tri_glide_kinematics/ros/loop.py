@@ -271,8 +271,8 @@ class UrgentInputs:
             for each in inputs
         ]
         subscriptions = [each for each in inputs if isinstance(each, Subscription)]
-        # What comes in while others are handled is for the next cycle, so that no flood holds this
-        # one: a queue has never more than its depth.
+        # Messages that come in while others are handled are for the next cycle, so that no flood
+        # holds this one: a queue has never more than its depth.
         self._rounds = max((each.qos_profile.depth for each in subscriptions), default=1)
 
     def close(self) -> None:
@@ -400,7 +400,8 @@ class ReadyLook:
 # How long what is not urgent waits at most, beside the callbacks that are due [s].
 LONGEST_WAIT = 0.02
 
-# Who asked for something often asks again. So for a while one looks more often [s].
+# A client that asked for something often asks again: for the first time [s] after it, looks are the
+# second time [s] apart.
 ATTENTION = 0.01
 SHORT_WAIT = 0.002
 

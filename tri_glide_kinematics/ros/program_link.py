@@ -13,7 +13,7 @@ from tri_glide_kinematics.ros.goal_sender import GoalSender, output_message
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS, vector_of
 from tri_glide_kinematics.ros.outputs import state_of
 
-# Who begins to listen later is told the latest ones.
+# A subscriber that comes later is told the latest message.
 LATEST = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 

@@ -106,7 +106,7 @@ def parameter_rules(arguments: Sequence[str]) -> list[str]:
 def in_words(error: RuntimeError, arguments: Sequence[str]) -> str:
     """Return why ROS refuses ``arguments``, in one line and without the places in its source."""
     text = str(error)
-    # What it does not know comes as the text of a list.
+    # The error names unknown arguments as the text of a list.
     unknown = re.match(r"\['(.*?)'[,\]]", text)
     if unknown:
         return f"unknown ROS argument {unknown[1]!r}{_meant(unknown[1])}"
@@ -174,7 +174,7 @@ def _values(ros_arguments: Sequence[str]) -> Iterator[tuple[str, str]]:
 PARAMETERS_OF_ALL = frozenset(entry.name for table in NODES.values() for entry in table)
 PARAMETERS_KEY = "ros__parameters"
 WILDCARDS = {"/*": r"/\w+", "/**": r"(/\w+)*"}
-# Where PyYAML has libyaml, which ROS reads the files with, that takes a tenth of the time.
+# The loader of libyaml, which ROS reads the files with, takes a tenth of the time of PyYAML's own.
 LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 # How alike two names are of which one is taken for the other misspelt.
 ALIKE = 0.8
@@ -290,7 +290,7 @@ def file_values(path: str, node: str, table: Iterable[Parameter], *later: str) -
     for each in (path, *later):
         sections += _contents(yaml.load(Path(each).read_text(encoding="utf-8"), LOADER), "")
     found: dict[str, Any] = {}
-    # What is said for a node by its name wins over what is said for all, in whatever file.
+    # An entry for a node by its name wins over one for all nodes, in whatever file.
     for section, content in sorted(sections, key=lambda each: "*" not in each[0]):
         if is_for(section, node):
             found |= content

@@ -149,7 +149,7 @@ class SimulatedSliders:
         """Let the drives move the machine; where it is stopped, it has no velocity any more."""
         if self._setpoint is not None:
             setpoint = self._setpoint._replace(heights=_three(self._commanded))
-            # Where no newer one comes, this one holds.
+            # The last setpoint holds as long as no newer one comes.
             self._setpoint = None
         else:
             setpoint = drives.held(_three(self._commanded))

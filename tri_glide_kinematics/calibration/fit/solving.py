@@ -155,7 +155,7 @@ def solve(
     for _ in range(STEPS):
         fitted = _step(here)
         size = float(np.linalg.norm(here.design @ fitted))
-        # Where residuals are larger than stated, so are steps that mean nothing.
+        # Steps that mean nothing are larger, too, where residuals are larger than stated.
         if size < REST * max(1.0, float(np.sqrt(here.chi_squared / len(here.residuals)))):
             return _moved(here, model, fitted)
         for halving in range(HALVINGS):

@@ -11,7 +11,7 @@ from tri_glide_kinematics.control import IDLE, WAS_STOPPED, Cause, OperatingStat
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import Vector3
 
-# Who asks right after a motion has to wait for the time of rest that is asked for [s].
+# Longest wait [s] for the time of rest: a request right after a motion has to wait for it.
 LONGEST_WAIT = 1.0
 STOP_ASKED = "stop was asked for"
 # A stamp farther than this from the time of sending is by another clock [s].
@@ -19,7 +19,7 @@ LARGEST_STAMP_AGE = 0.1
 
 Result = TypeVar("Result")
 
-# What is asked for, step by step: each ``yield`` is the end of one look.
+# The steps of a request: each ``yield`` is the end of one look.
 Course: TypeAlias = Generator[None, None, Result]
 
 
@@ -79,7 +79,7 @@ class Leading:
         self.machine = MachineView()
         self.now = 0.0
         self._courses: list[tuple[Course[Any], Any]] = []
-        # Who leads: by its name, and what ends it.
+        # The leader: its name, and the function that ends it.
         self._leader: tuple[str, Callable[[str], None]] | None = None
         self._stops_asked = 0
         self._end = ""

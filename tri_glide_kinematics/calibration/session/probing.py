@@ -189,7 +189,7 @@ class Probe:
         # In these states it does what we have asked for.
         if view.state not in (IDLE, JOGGING, STOPPING):
             self.end(str(view))
-        # Where nothing moved, the state tells nothing of a stop.
+        # The state tells nothing of a stop while nothing moved.
         if view.stops != self._stops:
             self.end(WAS_STOPPED)
 
@@ -350,7 +350,7 @@ class ProbeDriver:
     def measured(self, heights: Vector3, now: float) -> None:
         """Take in reported heights [m], received ``now`` [s]."""
         if self._probe is not None:
-            # What has no place is no progress: the probe finds that out by itself.
+            # Heights that have no place are no progress: the probe finds that out by itself.
             with suppress(KinematicsError):
                 self._probe.measured(self._place_of(heights), now)
 

@@ -40,7 +40,7 @@ MOST_DIRECTIONS = 9
 LENGTHS, LENGTH = (0.001, 0.5), 0.02  # m
 DURATIONS, DURATION = (0.2, 60.0), 2.0  # s
 
-# Where the platform stops in each direction, as parts of the length. A move excites no mode whose
+# Stops of the platform in each direction, as parts of the length. A move excites no mode whose
 # period fits its ramps; the three lengths have different ramps.
 STOPS = (1.0, 0.4, 0.0)
 

@@ -24,7 +24,7 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3, dot, minus, scaled
 LARGEST_CHANGE = 0.7
 # Radius of a tube, as a multiple of the deviation of the curve from its tangent.
 TUBE_WIDTH = 3.0
-# Where two turning points merge, the length of a tube is not reduced below this part.
+# Least part to which the length of a tube is reduced where two turning points merge.
 SHORTEST_TUBE = 1e-3
 
 

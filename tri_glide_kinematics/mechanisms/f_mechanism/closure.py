@@ -70,7 +70,7 @@ def evaluate(polynomial: Cubic, angle: float) -> tuple[float, float, float]:
 ROUNDING_ERROR = 8.0 * float(np.finfo(np.float64).eps)
 
 
-# Where rounding of F is above this part of the terms that F has in positions, it is noise there.
+# Rounding of F above this part of the terms that F has in positions makes F noise there.
 _NOISE = 3e-6
 
 

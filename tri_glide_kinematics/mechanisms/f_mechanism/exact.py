@@ -36,13 +36,13 @@ _BEYOND = _ONE + (_ONE >> 4)
 _KEPT = _ONE + (_ONE >> 40)
 # An arc of platform angles no wider than this to each side of its middle lies in one chart [rad].
 _WIDEST_ARC = 0.5
-# What rounding may cut off at the ends of an arc, as a part of its square.
+# Part of the linkage's size that widens the square of an arc, whose ends rounding may cut off.
 _ARC_ROUNDING = 1e-9
 # Both charts may give one position, on their border.
 _SAME = 1e-9
-# Where the angle between w_b and w_c is below this, two positions may share a platform angle. What
-# is found there by Newton's method, which corrects the angle by no more than the second number, is
-# the same as another position if it lies no farther from it than the third.
+# Two positions may share a platform angle if the angle between w_b and w_c is below the first
+# number. A position found there by Newton's method, which corrects the angle by no more than the
+# second number, is the same as another one if it lies no farther from it than the third.
 _PARALLEL = 1e-6
 _LONGEST_CORRECTION = 1e-4
 _SAME_POSITION = 1e-7

@@ -146,7 +146,7 @@ def save_movie(movie: Movie, file: Path, on_frame: Callable[[], None] = lambda: 
             )
     drawn = DrawnMechanism(axes, movie.skeleton, movie.points[0], movie.unit)
     title = axes.set_title(movie.captions[0], fontsize=11)
-    # What stands still is drawn once, and only what moves is drawn again on top of it.
+    # Parts that stand still are drawn once; only those that move are drawn again on top of them.
     moving = [*drawn.move(movie.points[0]), title]
     for artist in moving:
         artist.set_animated(True)

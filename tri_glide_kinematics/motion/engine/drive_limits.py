@@ -13,11 +13,11 @@ from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
 from tri_glide_kinematics.motion.shaped import Planned
 from tri_glide_kinematics.motion.shaping import Shaper
 
-# What a path asks for is multiplied by no more than this.
+# Largest factor on the speeds that a path asks for.
 LARGEST_PATH_SPEED_SCALE = 2.0
 
-# What a shaper leaves of velocities, accelerations and jerks to plans, as a rule; of added bounds,
-# what it leaves of velocities or accelerations.
+# Parts of velocities, accelerations and jerks that a shaper leaves to plans, as a rule; of added
+# bounds, the part for velocities or accelerations.
 LEFT_TO_PLANS = (1.0, 0.98, 0.95)
 
 

@@ -67,7 +67,7 @@ class PlanExecution:
         self.plans = PlanReplacing(holder, self.replanning, self.shaped_plans, in_pieces)
         self.tracking = Tracking(self.plans, workspace)
         self._path_measuring = PathMeasuring()
-        # What a stop was slowed down to last, while it waits for a better braking.
+        # The plan that a stop was slowed down to last, while it waits for a better braking.
         self._slowed_plan: Trajectory | None = None
 
     def step(self, dt: float) -> SliderState:

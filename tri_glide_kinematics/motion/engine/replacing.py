@@ -25,7 +25,7 @@ from tri_glide_kinematics.motion.engine.preparation import (
 from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning
 from tri_glide_kinematics.motion.engine.shaped_plans import ShapedPlans
 
-# What could not be done at once is tried again after this time of motion [s].
+# Time of motion [s] after which a plan that could not be made at once is tried again.
 RETRY_INTERVAL = 0.008
 
 # A stop may take so many pieces within its call. Nearly all take fewer.

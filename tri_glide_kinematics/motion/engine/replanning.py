@@ -43,7 +43,7 @@ from tri_glide_kinematics.motion.trajectory import (
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
-# Where no other braking keeps all limits, the held plan is slowed down on its own way: in so many
+# The held plan is slowed down on its own way if no other braking keeps all limits: in this many
 # times the sliders' own stop, or in this time if that is more [s].
 SLOWED, SHORTEST_SLOWED = 1.8, 0.15
 
@@ -51,7 +51,7 @@ SLOWED, SHORTEST_SLOWED = 1.8, 0.15
 # that is more [s]; and as long as the shaper lasts.
 LONGEST_STOP, ALWAYS_ALLOWED = 2.0, 0.2
 
-# What is held was accepted with one rounding error; so slowing it down may have two.
+# The held plan was accepted with one rounding error; so slowing it down may have two.
 SLOWED_ROUNDING = 2.0 * RELATIVE_ROUNDING
 
 # Comes to rest, from what is held and a time in it [s].
@@ -148,7 +148,7 @@ class PathReplanning:
             next_plan = yield from self._going_on(plan, path.heights, time, limits)
             return self._leading(next_plan, goal, path, self._workspace, limits)
         if time < held.rests_at and not (plan is not None and plan.ends_path):
-            # What leads somewhere else, or begins at a corner, begins where nothing moves any more.
+            # A motion to another place, or from a corner, begins where nothing moves any more.
             leaving = held.with_goal(goal, role=PlanRole.EARLIER).on(path)
             return (yield from self._braking(leaving, time))
         place = path.place if plan is None else plan.place(time)
@@ -370,7 +370,8 @@ class Replanning:
         plan, left = held.plan, held.plan.duration - time
         region = self._region(held, time)
         own = own_stop(state, limits)
-        # What is left to a shaper makes stops longer, and is no reason to keep a still longer plan.
+        # The share left to a shaper makes stops longer, and is no reason to keep a still longer
+        # plan.
         shortest = own
         if held.limits.planned is not None:
             shortest = own_stop(state, held.limits.scaled)
@@ -409,8 +410,8 @@ class Replanning:
         assert limits is not None
         if time < held.rests_at:
             if time >= held.plan.duration or limits.shaper is not held.limits.shaper:
-                # What the shaper still holds back was planned for the earlier limits; and it has
-                # to be empty when another one takes its place.
+                # The motion that the shaper still holds back was planned for the earlier limits;
+                # and the shaper has to be empty when another one takes its place.
                 return Replanned(held)
         if held.path is not None and held.path.is_paused:
             goal = None

@@ -22,8 +22,8 @@ from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import LinePlan
 from tri_glide_kinematics.workspace import Workspace
 
-# So often the next plan is made, with limits that leave what shaping takes. Each attempt takes time
-# in which the held plan goes on.
+# Number of attempts to make the next plan with limits that leave what shaping takes. Each takes
+# time in which the held plan goes on.
 ATTEMPTS_IN_MOTION = 5
 
 
@@ -71,7 +71,7 @@ class ShapedPlans:
         if held is not None and held.phase(holder.time) is not MotionPhase.IDLE:
             return None
         self._shaping = shaping
-        # Where the next motion leads is not known yet.
+        # The target of the next motion is not known yet.
         shaper = None if shaping is None else shaping.covering(None)
         limits = replace(holder.limits, shaper=shaper, planned=None)
         if held is None:
@@ -116,7 +116,7 @@ class ShapedPlans:
             if same or rests or after.limits.shaper is None:
                 break
             yield
-            # What begins at rest begins when it is ready, however late that is.
+            # A motion from rest begins when it is ready, however late that is.
             lead = max(start - self._holder.time, 0.0)
             motion = self._driven_with(after, lead)
             use = yield from motion.limit_use(after.limits.scaled, lead, after.region)

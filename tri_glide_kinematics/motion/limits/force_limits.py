@@ -232,7 +232,7 @@ class ForceLimits(AddedBound):
             top = largest_value(coefficients, np.zeros_like(rest), half)
             used = (top + friction - sign * still) / room
             there = (sign * (table[0] - still) + coulomb * np.sign(sign * rate)) / room
-            # What is not known counts as more, and stays unknown.
+            # An unknown use counts as more, and stays unknown.
             most_part = np.maximum(most_part, used.max(axis=0))
             middle_part = np.fmax(middle_part, np.nan_to_num(there, nan=inf).max(axis=0))
         return UsedParts(most_part, middle_part)

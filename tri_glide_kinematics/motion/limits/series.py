@@ -34,10 +34,10 @@ MOST_BETWEEN = 16
 SLOW_BETWEEN = 4
 SHORTEST_CELL = FIRST_CELL / 64.0
 
-# So many edges are looked at between two breaks.
+# Number of edges that are looked at between two breaks of the computation.
 EDGES_AT_ONCE = 500
 
-# Where the middles of the quarters of a cell are, in halves of it.
+# Middles of the quarters of a cell, in halves of it.
 _QUARTERS = np.array((-0.75, -0.25, 0.25, 0.75))
 
 

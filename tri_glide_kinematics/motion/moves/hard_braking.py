@@ -36,7 +36,7 @@ BEND_MARGIN = 1.06
 # The jerk that ends the braking is a little less than there is.
 LANDING_PART = 0.97
 
-# What exceeds a limit by more than this factor between places that are looked at passes no check.
+# Factor by which a limit may be exceeded between places that are looked at.
 BEYOND = 1.05
 
 # Steps of a braking, about; pieces of its landing; and so many steps ahead the acceleration has to
@@ -235,7 +235,7 @@ def _stepped(
         if not speed > 0.0 or time > longest:
             raise PlanningError("the braking along the curve would take too long")
         knots.append((time, place, speed, acceleration))
-        # Where it is now, but for what the jerk has changed.
+        # The row is that of the new place, but for what the jerk has changed.
         row = next_row
     duration = -2.0 * speed / acceleration
     if time + duration > longest:

@@ -52,7 +52,7 @@ from tri_glide_kinematics.motion.trajectory import (
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.workspace import Traced
 
-# So many places of a way are looked at between two breaks: that takes 0.2 ms.
+# Number of places of a way that are looked at between two breaks: that takes 0.2 ms.
 SAMPLES_IN_PIECE = 12
 
 # A blend may take this many times as long as a stop, as a jog is to follow the hand.
@@ -223,7 +223,7 @@ LONGEST_MOVE_BLEND = 4.0
 # Fractions of a braking that are over when a new line begins.
 DELAYS = (0.3, 0.5, 0.7, 0.8, 0.9, 1.0)
 
-# What a line takes longer, about, that begins while a gentle braking lasts.
+# Factor by which a line that begins during a gentle braking takes longer, about.
 GENTLY_SLOWER = 1.2
 
 # Gentler brakings leave more for a line that begins sooner: the fraction of acceleration and jerk

@@ -49,8 +49,8 @@ ALONG_PIECES = 5
 # A stop may be traced at this many places; more would take too long for a control cycle.
 STOP_SAMPLES = 140
 
-# Where little is left of added bounds, as beside a weight, a gentle stop uses one of these parts of
-# that when it begins: the first that is proved. On its way to rest it may use a little more.
+# Parts of what added bounds leave, for where that is little, as beside a weight: a gentle stop uses
+# the first that is proved when it begins. On its way to rest it may use a little more.
 GENTLE_PARTS = (0.9, 0.6, 0.3)
 
 # A gentle stop divides accelerations among the sliders as their velocities are; each has this part

@@ -17,7 +17,7 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 # No coordinate, and no tolerance, is larger [m].
 LARGEST_PLACE = 100.0
 
-# What may be the size of a machine, as the parameters of the nodes have it [m].
+# Largest size of a machine, as the parameters of the nodes have it [m].
 LARGEST_MACHINE = 10.0
 
 # No arc turns farther [rad].

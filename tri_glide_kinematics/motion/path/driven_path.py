@@ -53,11 +53,12 @@ from tri_glide_kinematics.wording import number_text
 # Places in a span at which it is looked for where the way driven is too short.
 SAMPLES_IN_SPAN = 9
 
-# So many spans are worked on together: where they are looked at, and where they are measured.
+# Numbers of spans that are worked on together: where they are looked at, and where measured.
 SAMPLED_SPANS = 222
 MEASURED_SPANS = 500
 
-# Where a path ended there is a stop still, if the place up to which it stays is not so far before.
+# Least distance [m] between the place up to which a path stays and its end, for no stop at that
+# end.
 LEAST_ROOM = 1e-6
 
 

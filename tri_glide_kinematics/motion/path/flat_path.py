@@ -40,10 +40,10 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 # Shorter runs of lines are made one by one.
 SHORTEST_RUN = 16
 
-# So many lines, and so many points, are worked on together.
+# Number of lines, and of points, that are worked on together.
 LINES_TOGETHER = 2000
 
-# So many segments that are made one by one are put into arrays together.
+# Number of segments, made one by one, that are put into arrays together.
 SINGLES_TOGETHER = 32
 
 
@@ -175,7 +175,7 @@ class FlatPath:
             SegmentError: if a segment has no length, or its numbers determine no arc.
         """
         if self._begins_at(start):
-            # Whoever takes the first point from a measurement is a little beside the setpoint.
+            # A first point taken from a measurement is a little beside the setpoint.
             return self._without_first().path_from(_vector(self.numbers[:3]))
         return PlatformPath.of_parts(self._parts(start))
 

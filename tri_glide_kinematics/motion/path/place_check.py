@@ -99,7 +99,7 @@ def _values(shape: Bound, places: FloatArray) -> FloatArray:
 # The first places are so far apart [m].
 FIRST_PLACES_APART = 0.01
 
-# So many spans, places and first intervals are looked at between two breaks of the computation.
+# Numbers of spans, places and first intervals that are looked at between two breaks.
 CHECKED_SPANS = 4000
 CHECKED_PLACES = 200
 INTERVALS = 100
@@ -212,6 +212,6 @@ def _is_inside_between(
 
 def _largest(values: FloatArray, heads: NDArray[np.intp], tails: NDArray[np.intp]) -> FloatArray:
     """Return the largest value from each head to its tail, which is no less. Shape (m,)."""
-    # What lies between one tail and the next head is worked out, too, and left out.
+    # The values between one tail and the next head are worked out, too, and left out.
     ends = np.stack((heads, tails + 1), 1).ravel()
     return np.asarray(np.maximum.reduceat(np.append(values, 0.0), ends)[::2])

@@ -34,7 +34,7 @@ from tri_glide_kinematics.motion.path.segments import (
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import vector_text
 
-# So many segments that were added one by one are put into arrays together.
+# Number of segments, added one by one, that are put into arrays together.
 ADDED_TOGETHER = 300
 
 

@@ -20,7 +20,7 @@ ROUNDING_CHORDS = 8
 # No more points are taken; of a path that has more places to draw, only some.
 MOST_POINTS = 3000
 
-# So many places are worked out together.
+# Number of places that are worked out together.
 DRAWN_PLACES = 300
 
 

@@ -245,7 +245,7 @@ def arc_about(
         raise ShortSegmentError(number, start, radius * angle, SHORTEST)
     out = scaled(out, 1.0 / radius)
     tangent = cross(unit, out)
-    # Where whole turns end is where they begin, to the last bit.
+    # Whole turns end at the place where they begin, to the last bit.
     part = np.remainder(angle, 2.0 * acos(-1.0))
     half = sin(0.5 * part)
     step = combined(radius * sin(part), tangent, -2.0 * radius * half * half, out)
@@ -346,7 +346,7 @@ def _lines(
     )
 
 
-# What segments have besides points; and what is not the same for all lines, or all arcs.
+# Columns of segments besides points; and those that are not the same for all lines, or all arcs.
 COLUMNS = [name for name in Segments.__dataclass_fields__ if name != "points"]
 COLUMNS_OF_ARCS = [name for name in COLUMNS if name != "rises"]
 COLUMNS_OF_LINES = ["lengths", "tangents", "tolerances", "speeds"]

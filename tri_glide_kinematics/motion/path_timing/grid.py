@@ -255,7 +255,7 @@ def _begun(
 def cell_ends(curve: PathHeights, cells: Cells) -> CellEnds:
     """Return the derivatives of the slider heights where ``cells`` begin and where they end."""
     driven, places = curve.driven, cells.ways[0]
-    # What lies before a break counts for the end of the cell before it.
+    # The piece before a break counts for the end of the cell before it.
     pieces = np.concatenate(
         (driven.spans_of(places[:-1]), np.searchsorted(driven.breaks, places[1:], "left") - 1)
     )

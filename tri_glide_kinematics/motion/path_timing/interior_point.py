@@ -62,7 +62,8 @@ GAP = 5e-4
 # By how much constraints, as parts of their limits, may be broken.
 MISS = 1e-4
 
-# So many steps in a row that are shorter than this part of Newton's mean that there is no solution.
+# Part of Newton's step below which a step is too short, and number of such steps in a row that mean
+# that there is no solution.
 _STUCK = 0.02
 _STUCK_STEPS = 5
 
@@ -120,7 +121,7 @@ def solutions(
     table = np.concatenate(
         (problem.linear, problem.jerks * np.repeat(scale, 3, axis=0)[_TWICE]), axis=1
     )
-    # So many rows come before those of the jerks.
+    # Number of the rows before those of the jerks.
     steady = problem.linear.shape[1]
     linear = table.copy()
     size = table.shape[1] * count

@@ -54,12 +54,13 @@ from tri_glide_kinematics.motion.trajectory import (
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace
 
-# Where a hard braking begins at the speed that the path asks for, its few pieces bound the speed no
-# better than to this part.
+# Part above the speed that the path asks for to which a hard braking from that speed is checked, as
+# its few pieces bound the speed no better.
 _ABOVE_SPEED = 0.01
 
-# So many breaks of the path are looked at together in an estimate, and such a part of what is seen
-# is kept: at its end the estimate is at rest. Of a long path it keeps about so many places.
+# Number of breaks of the path that are looked at together in an estimate; the part of what is seen
+# that is kept, as the estimate is at rest at its end; and the number of places, about, that it
+# keeps of a long path.
 _BREAKS_AHEAD = 30_000
 _KEPT_AHEAD = 0.9
 _PLACES_KEPT = 200_000
@@ -179,12 +180,12 @@ def _shortest(curve: PathHeights, start: PathStart, limits: SliderLimits) -> flo
         [start.speed], [start.acceleration], ([1.0], [acceleration], [jerk])
     )
     final = evaluate(phases, start, np.array([total_duration(phases)]))
-    # Whoever brakes already may rest sooner than the jerk allows to end that.
+    # A platform that brakes already may rest sooner than the jerk allows to end that.
     return max(float(final.values[-1]) - start.place, 0.5 * start.speed**2 / acceleration)
 
 
-# Where the platform is faster than the path asks for it has such a way to slow down, as a part of
-# that to rest, and has to come down to such a part of its speed: one attempt after another.
+# Attempts, one after another, of a platform that is faster than the path asks for: the way to slow
+# down, as a part of that to rest, and the part of its speed that it has to come down to.
 _SLOWING = ((2.0, 0.0), (4.0, 0.3), (inf, 1.0))
 _NO_FASTER = 1.005
 
@@ -320,7 +321,7 @@ class PathPlanner:
         is_slower = heights.speed_scale < plan.heights.speed_scale or plan.heights.slowing
         for curve in _slowing(heights, start, limits) if is_slower else (heights,):
             try:
-                # What is held stays as fast, and so is no guess for a motion that slows down.
+                # The held motion stays as fast, and so is no guess for one that slows down.
                 guess = held if curve.slowing is None else None
                 with SOUND:
                     return PathPlan(curve, (yield from plan_window(curve, start, limits, guess)))

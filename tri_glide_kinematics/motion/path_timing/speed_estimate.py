@@ -38,7 +38,7 @@ _LEAST_OF_BRAKING = 4.0
 # Cells that it takes at least to get from no acceleration to the largest.
 _LEAST_OF_RAMP = 4.0
 
-# What is at least this part of the speed that the path asks for is as fast as that.
+# Part of the speed that the path asks for from which on a speed counts as that one.
 _AS_ASKED = 0.999
 
 # Places at which speeds are estimated, besides the breaks.

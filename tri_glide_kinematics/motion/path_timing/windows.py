@@ -250,7 +250,7 @@ def _narrowed(own: FloatArray, parts: FloatArray) -> FloatArray:
 # A plan from rest is stretched to keep the limits if that costs less than this part of its time.
 _STRETCH = 0.001
 
-# What is stretched is stretched by this factor more, as the bounds have rounding errors.
+# Factor by which a plan is stretched more than it has to be, as the bounds have rounding errors.
 _ABOVE_ROUNDING = 1.0 + 1e-7
 
 # How often cells are divided or their limits tightened where the bounds find them exceeded.
@@ -289,7 +289,7 @@ def plan_window(
         )
         return (yield from _from_rest(curve, grid, start, limits))
     if held is not None:
-        # What is held is one of the motions that are looked for, as long as cells are the same.
+        # The held motion is one of those that are looked for, as long as cells are the same.
         places = held.ways[1 : 1 + _SAME_CELLS]
         most = pieces_ahead(curve, start.place, float(held.ways[-1]))
         ahead = extent(curve, start.place, until, most)

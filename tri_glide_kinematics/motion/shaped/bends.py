@@ -35,10 +35,10 @@ NEGLIGIBLE = 1e-9
 # No platform is as fast [m/s].
 _FASTEST = 5.0
 
-# What is aimed at is this part of what is allowed.
+# Part of the allowed cut that is aimed at.
 _AIM = 0.98
 
-# So often the speed is made better that belongs to what is allowed.
+# Number of steps of Newton's method for the speed that belongs to the allowed cut.
 _TURNS = 10
 
 # In a bend that is longer than this [m], speeds are found at these parts of it, too.
@@ -48,7 +48,7 @@ _PARTS = np.array((1.0 / 64.0, 1.0 / 16.0, 0.25, 0.75, 15.0 / 16.0, 63.0 / 64.0)
 # No way is longer [m].
 _LARGEST = 1e3
 
-# So many steps are laid down at once.
+# Number of steps that are laid down between two breaks of the computation.
 _PAINTED = 500
 
 
@@ -126,7 +126,7 @@ class Bends:
         places = self._places()
         steady = yield from self._steady(places, shaper, cut)
         span = np.searchsorted(self.breaks, places[:-1], "right") - 1
-        # Where the path is straight each place counts alone.
+        # Each place counts alone where the path is straight.
         bent = self._is_bent[span]
         between = np.where(bent, np.minimum(steady[:-1], steady[1:]), steady[:-1])
         slow = between < _FASTEST
@@ -171,7 +171,7 @@ class Bends:
             speeds = np.where(over > 0.0, slower, speeds)
             yield
         value, _ = self.turned(places + ahead * speeds)
-        # What is left is too much by a little; it grows faster than the speed.
+        # The remaining excess is small; it grows faster than the speed.
         return speeds * allowed / np.maximum(amplitudes @ value - here, allowed)
 
 

@@ -11,7 +11,7 @@ from tri_glide_kinematics.motion.shaped.bends import Bends
 from tri_glide_kinematics.motion.trajectory import PathPlan, Trajectory
 from tri_glide_kinematics.vectors import FloatArray
 
-# Where one part of a path ends and the next begins [m].
+# Largest distance between the end of one part of a path and the begin of the next [m].
 _SAME_PLACE = 1e-9
 
 

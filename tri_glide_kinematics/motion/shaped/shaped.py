@@ -52,9 +52,9 @@ from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
 
-# So many cells are looked at together at most, and so many copies in cells of a motion along a
-# curve, or of one of the sliders, which takes longer; but a few cells in any case, as few together
-# take nearly as long.
+# Largest numbers of cells that are looked at together, and of copies in cells of a motion along a
+# curve, or of one of the sliders, which takes longer; and the least number of cells, as fewer of
+# them take nearly as long.
 CELLS_AT_ONCE = 64
 COPIES_ALONG_CURVE, COPIES_OF_SLIDERS = 512, 128
 LEAST_AT_ONCE = 12
@@ -68,17 +68,17 @@ CHECKED_TOGETHER = 1.0
 # Velocity, acceleration and jerk by the coefficients of a Taylor series.
 _TO_DERIVATIVES = np.array((1.0, 2.0, 6.0))[:, np.newaxis, np.newaxis]
 
-# Where a plan goes on along the path of the one before, their places differ by less [m].
+# Largest distance between the places of a plan and of one that goes on along its path [m].
 APART = 1e-6
 
-# Where a limit is exceeded by more than this, it does not matter by how much.
+# Excess of a limit, as a part of it, above which it does not matter how large it is.
 _COARSE = 0.1
 
 # 4 (x - x^3) is no more than this, from -1 to 1: 8 / sqrt(27), rounded up.
 _ABOVE_CHORD = 1.5397
 
-# So often a motion from rest to rest is planned, with limits that leave what shaping takes. Nothing
-# waits for it; a few paths need more than five.
+# Number of attempts to plan a motion from rest to rest with limits that leave what shaping takes.
+# Nothing waits for it; a few paths need more than five.
 ATTEMPTS = 8
 
 # How much more they leave, so that the next attempt keeps the limits though it is another motion:
@@ -195,7 +195,7 @@ class ShapedTrajectory(Trajectory):
         self.shaper = shaper
         self.driven = tuple(driven)
         self._impulses = tuple(zip(shaper.amplitudes, shaper.times))
-        # Where it rests, once that was asked for.
+        # The state at rest, once it was asked for.
         self._final: SliderState | None = None
         # Before the first one begins there was rest where it begins.
         self._begins = [-inf, *(part.begin for part in self.driven[1:])]
@@ -355,7 +355,7 @@ class ShapedTrajectory(Trajectory):
                 proved = (use <= close_to(known)[..., np.newaxis]).all(axis=(0, 1)) & (cut <= 1.0)
                 if region is not None:
                     proved &= _between(low, high, region)
-                # What is exceeded in the middle already is so in smaller cells, too.
+                # A limit exceeded in the middle of a cell is exceeded in smaller cells, too.
                 exceeded = (there > 1.0 + _COARSE).any(axis=(0, 1)) | (cut_there > 1.0)
                 use = np.where(exceeded, np.fmax(use, there), use)
                 for number, each in enumerate(added):
@@ -375,7 +375,7 @@ class ShapedTrajectory(Trajectory):
                     highest = np.maximum(highest, high[:, chosen].max(axis=1))
                     index = use[..., chosen].argmax(axis=-1)[..., np.newaxis]
                     found = np.take_along_axis(use[..., chosen], index, axis=-1)[..., 0]
-                    # What is not known counts as more, and stays unknown.
+                    # An unknown cut counts as more, and stays unknown.
                     worst = int(cut[chosen].argmax())
                     if cut[chosen][worst] > most_cut:
                         most_cut = float(cut[chosen][worst])
@@ -421,7 +421,7 @@ class ShapedTrajectory(Trajectory):
 
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Check travel, and return the check of the way; of a line, until it is left no more."""
-        # Where the look at the limits was for this region, a closer one would tell nothing new.
+        # A closer look tells nothing new if the look at the limits was for this region.
         is_known = self._extremes is not None and self._extremes_for is region
         if not is_known and (self._extremes is None or not _between(*self._extremes, region)):
             at_once(self.limit_use(limits, 0.0, region))
@@ -452,7 +452,7 @@ class ShapedTrajectory(Trajectory):
         if acceleration * until**2 <= allowed:
             yield 0.0, until, acceleration
             return
-        # What comes before the cells was driven before, and keeps the limits.
+        # The motion before the cells was driven before, and keeps the limits.
         ends = np.minimum(np.append(self._cells[0, :1], (*self._cells[1], until)), until)
         accelerations = np.fmin((most, *self._cells[2], most), most)
         begin = end = largest = 0.0

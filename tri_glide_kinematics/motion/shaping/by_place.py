@@ -55,7 +55,7 @@ KEPT = 2.0 * TOLERATED
 # Numbers that differ by this part are equal: rounding.
 ROUNDING = 1e-9
 
-# Where a range of frequencies is looked at, as parts of it.
+# Frequencies that are looked at, as parts of their range.
 PARTS = np.linspace(0.0, 1.0, 65)
 
 
@@ -193,5 +193,5 @@ class _ModeRange:
         return min(others, key=lambda pair: pair[0])[1]
 
 
-# What shapes a motion: always the same, or chosen by the places that it passes.
+# A shaper of all motions, or one that is chosen by the places that a motion passes.
 Shaping = Shaper | ShaperByPlace

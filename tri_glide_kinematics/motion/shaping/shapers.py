@@ -48,7 +48,7 @@ MOST_DAMPING = 0.5
 
 MOST_MODES = 2
 
-# What the kinds with humps leave, as part of the unshaped vibration.
+# Part of the unshaped vibration that the kinds with humps leave.
 TOLERATED = 0.05
 
 

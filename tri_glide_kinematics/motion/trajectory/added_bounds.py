@@ -76,7 +76,8 @@ def _left(part: float, spare: float) -> float:
     return (1.0 - spare) / part if part > 1.0 + RELATIVE_ROUNDING else 1.0
 
 
-# So often a motion is made with other parts of its limits, until it keeps the added bounds.
+# Number of attempts to make a motion that keeps the added bounds, each with other parts of its
+# limits.
 ATTEMPTS = 10
 
 # From this attempt on the whole motion is made slower.

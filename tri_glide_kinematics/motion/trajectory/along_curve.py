@@ -326,7 +326,7 @@ class LinePlan(CurvePlan):
         duration = self.blend.duration
         times = self.scaling.times[: np.searchsorted(self.scaling.times, duration) + 1]
         heights = self.sample(times).heights
-        # What a slider can move beyond both ends of a piece under its largest acceleration.
+        # A slider can move this far beyond both ends of a piece under its largest acceleration.
         excess = np.square(np.diff(times)).max() / 8.0 * np.array(limits.acceleration)
         self.check_travel(heights.min(axis=0) - excess, heights.max(axis=0) + excess, region)
         yield region.path_check(self.at, duration, hypot(*limits.acceleration))

@@ -83,7 +83,7 @@ class CubicPlan(Trajectory):
         self._starts = starts if rows else []
         h1, h2, h3 = (slider.final_height for slider in sliders)
         self._final = SliderState((h1, h2, h3), AT_REST, AT_REST)
-        # Where the platform rests then, once that was asked for.
+        # The platform's place at rest, once it was asked for.
         self._final_platform: tuple[float, ...] | None = None
         self.starts = np.array(self._starts)
         self.lengths = np.diff(self.starts, append=self.duration)

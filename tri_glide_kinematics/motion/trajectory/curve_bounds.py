@@ -332,7 +332,7 @@ def _instants(ways: FloatArray, coefficients: FloatArray, dt: FloatArray) -> Flo
         if found.all():
             break
         sane = (better > low) & (better < high)
-        # What is found stays: the next step would be one of rounding, out of the bounds.
+        # A time that is found stays: the next step would be one of rounding, out of the bounds.
         time = np.where(found, time, np.where(sane, better, 0.5 * (low + high)))
     return np.asarray(time)
 

@@ -186,7 +186,7 @@ class StraightLine:
             cx, cy = x - anchor[0], y - anchor[1]
             arms.append((arm_length * arm_length - cx * cx - cy * cy, -(cx * ux + cy * uy)))
         self.arms = tuple(arms)
-        # What each setpoint takes, in one tuple, as that is unpacked soonest.
+        # The numbers for each setpoint are in one tuple, as that is unpacked soonest.
         self._numbers = (*chain.from_iterable(arms), m, uz, z)
         self._arm_lengths = geometry.arm_lengths
         # Rises are concave along a line: if both ends are within reach, so is what is between.

@@ -42,7 +42,7 @@ PARTS = np.linspace(0.0, 1.0, 65)
 
 Motion = TypeVar("Motion", bound="Trajectory")
 
-# So many cells are looked at between two breaks: that takes a millisecond at most.
+# Number of cells that are looked at between two breaks: that takes a millisecond at most.
 CELLS_AT_ONCE = 64
 
 # Between two knots there are so many at first, at most.
@@ -364,7 +364,7 @@ def added_use(
         settled = (half <= 0.5 * _SHORTEST) | (most <= close_to(known))
         found = np.where(settled, most, 0.0)
         worst = int(found.argmax())
-        # What is not known counts as more, and stays unknown.
+        # An unknown use counts as more, and stays unknown.
         if not found[worst] <= part and part == part:
             part, time = float(found[worst]), float(middles[worst])
         middles, half = quartered(middles[~settled], half[~settled])

@@ -196,7 +196,7 @@ class MachineStatus:
         message = self.message
         is_path = message.target_kind == MachineState.TARGET_PATH
         words = []
-        # Where all is done, nothing is left to be told.
+        # Nothing is left to be told when all is done.
         if math.isfinite(message.way_remaining) and message.way_remaining > 0.0:
             words.append(f"{1000.0 * message.way_remaining:.1f} mm")
         if math.isfinite(message.time_remaining) and message.time_remaining > 0.0:

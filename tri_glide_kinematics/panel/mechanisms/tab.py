@@ -219,7 +219,7 @@ def view_of(fov: float, aspect: float) -> tuple[Vector3, Vector3]:
     middle = 0.5 * (left + right)
     _, y, z = CENTRE
     height = max(VIEW_MARGIN * SIZE, (right - left) / aspect)
-    # Where the page is narrow, the controls cover its lower half, and Stop what is above.
+    # The controls cover the lower half of a narrow page, and Stop its upper part.
     down = 0.15 * height if aspect < NARROW else 0.0
     distance = height / (2.0 * math.tan(0.5 * fov))
     return (middle, y - distance, z - down), (middle, y, z - down)

@@ -74,7 +74,8 @@ class _Bytes(ctypes.Structure):
     )
 
 
-# What replaces the function of each kind, and what that needs: kept as long as the process lives.
+# The substitute for the function of each kind, and what it needs: kept as long as the process
+# lives.
 _replaced: dict[Any, tuple[Any, ...]] = {}
 
 

@@ -73,7 +73,7 @@ class MachineServices:
         response.message = self._controller.stop()
         response.success = True
         self._reports.tell()
-        # Where nothing moved there is no new state, but one stop more.
+        # A stop while nothing moved makes no new state, but counts as one stop more.
         self._reports.publish(self._controller.status)
         return response
 

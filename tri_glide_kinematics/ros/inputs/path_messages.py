@@ -31,7 +31,7 @@ ENCODING = 4
 STAMP = 8
 POSE = 7 * 8
 
-# So many poses are read in a piece: where all frames are alike, and one by one.
+# Numbers of poses that are read in a piece: where all frames are alike, and one by one.
 AT_A_TIME = 4000
 PIECE = 100
 
@@ -140,7 +140,7 @@ def _points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
     _check_path_frame(first.frame, base_frame)
     points = np.empty((count, 3))
     done, end = 0, offset + 4
-    # Where all frames are alike, a pose follows the one before it at a fixed distance.
+    # A pose follows the one before it at a fixed distance as long as all frames are alike.
     head = STAMP + 4 + len(first.frame) + 1
     stride = POSE + 8 * -(-head // 8)
     if first.numbers + (count - 1) * stride + POSE <= len(data):

@@ -134,7 +134,8 @@ class StateReports:
         self._changes: deque[ControllerStatus] = deque()
         # Each place that logs has one severity, as rclpy refuses another one: this one is its own.
         self._states = ReasonLog(lambda text: self._logger.info(text), lines_per_second=5)
-        # Where the count of stops begins: a node that is started anew has another number.
+        # The count of stops begins at a random number, so that a node that is started anew has
+        # another.
         self._first_stop = secrets.randbits(31)
         self._told: tuple[ControllerStatus, bytes, int, str] | None = None
         self._health: Health | None = None

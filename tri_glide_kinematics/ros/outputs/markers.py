@@ -60,7 +60,7 @@ class Markers:
         self._outline = NOTHING
         self._shown: tuple[DrivenPath | None, Vector3 | None] | None = None
         self._names: set[str] = set()
-        # What is being made: path and target, and when these are shown the outline.
+        # The drawings in work: path and target, and when these are shown the outline.
         self._showing: Interruptible[None] | None = None
         self._outlining: Interruptible[None] | None = self._with_outline(workspace)
         clock = Clock(clock_type=ClockType.STEADY_TIME)

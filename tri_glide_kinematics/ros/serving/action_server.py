@@ -258,8 +258,8 @@ class ActionServer:
             self._handle.publish_feedback(message)
 
     def _on_goal(self, header: Any, request: Any, since: float) -> None:
-        # What is not accepted is what is known already. What cannot be done is told by a result,
-        # as a rejection has no place for a reason.
+        # A goal is rejected only if it is known already. One that cannot be carried out is told by
+        # a result, as a rejection has no place for a reason.
         info = GoalInfo(goal_id=request.goal_id)
         key = bytes(info.goal_id.uuid)
         accepted = key not in self._accepted and key not in self._old
@@ -270,7 +270,7 @@ class ActionServer:
             except Exception as error:
                 self._errors.add(error)
                 accepted = False
-        # Who sends goals will soon ask for results.
+        # A client that sends goals will soon ask for results.
         self._patient.expect(self._names["get_result"])
         response = self._impl.SendGoalService.Response(accepted=accepted, stamp=info.stamp)
         self._put("send_goal", self._handle.send_goal_response, header, since, response)

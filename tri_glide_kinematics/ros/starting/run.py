@@ -88,14 +88,14 @@ class EndSignals:
             os._exit(0)
 
 
-# What pip is to install where a module is missing, and what does in its place. The Python of Ubuntu
-# lets pip install into an environment only.
+# The package that pip is to install where a module is missing, and another way to get it. The
+# Python of Ubuntu lets pip install into an environment only.
 ENVIRONMENT = "python3 -m venv --system-site-packages ~/venv && . ~/venv/bin/activate && "
 FROM_PIP = {"numpy": "numpy", "ruckig": "ruckig", "viser": "viser==1.1.1"}
 INSTEAD = {"ruckig": "build the package tri_glide_ruckig of the same repository, or "}
 
 
-# What numpy reads when it is first imported.
+# Environment variables that numpy reads when it is first imported.
 NUMPY_SETTINGS = {
     # Matrices are small here. A second thread of OpenBLAS only takes time: 40 ms at the start.
     "OPENBLAS_NUM_THREADS": "1",
@@ -215,7 +215,7 @@ def _spin(node: Node, cycle: Cycle, signals: EndSignals) -> None:
     loop = CycleLoop(node, cycle, survive)
     # It is never asleep for long, and may still send something at its end.
     signals.call(loop.stop)
-    # What was made so far stays. The collector of garbage need not look at it again and again,
+    # Objects made so far stay. The collector of garbage need not look at them again and again,
     # which takes longer than a fast cycle.
     gc.freeze()
     gc.enable()

@@ -23,7 +23,7 @@ from tri_glide_kinematics.vectors import FloatArray
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.corners.joints import Indices
 
-# So many breaks are worked through from each sum over all roundings.
+# Number of breaks that are worked through from each sum over all roundings.
 SUM_BLOCK = 64
 
 # Carrying on may cost so many units of rounding of the largest third derivative, and this [m].

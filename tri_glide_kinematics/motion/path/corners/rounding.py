@@ -80,7 +80,7 @@ from tri_glide_kinematics.vectors import FloatArray
 # nowhere too short.
 MAX_ROUNDS = 40
 
-# So often are widths in a crowd made smaller before that.
+# Number of times that widths in a crowd are made smaller before that.
 FIRST_ROUNDS = 4
 
 # Roundings are made smaller to this part where they reach too far over one that stays as it is, or
@@ -94,13 +94,13 @@ SAME_BREAK = 1e-13
 FEW_TERMS = 4000
 FEW_EACH = 2
 
-# So many spans between breaks are worked on together.
+# Number of spans between breaks that are worked on together.
 CARRIED_SPANS = 64 * SUM_BLOCK
 
-# So many joints are worked on together where their neighbours are searched for.
+# Number of joints that are worked on together where their neighbours are searched for.
 SEARCHED_ROWS = 2000
 
-# So many terms of sums are worked on together.
+# Number of terms of sums that are worked on together.
 TERMS = 2000
 
 NO_STOPS = np.zeros(0)
@@ -127,7 +127,7 @@ def joints_of(
     rounded = yield from indices_of(jumps.rounded)
     free = yield from _free(tolerances, jumps, rounded)
     columns = [inner, *jumps[:5], tolerances]
-    # Where all joints are rounded, as those of a dense path, nothing is copied.
+    # Nothing is copied if all joints are rounded, as those of a dense path.
     if len(rounded) < len(inner):
         columns = yield from columns_of(
             len(rounded),
@@ -232,7 +232,7 @@ def _widths_in_crowd(
 
     def counting(some: slice) -> tuple[FloatArray, FloatArray]:
         turns = np.where(crowded[some], joints.turns[some], joints.distances[some])
-        # What swings out the others do not overlap.
+        # The others do not overlap a part that swings out.
         first = kept.part(some)
         turns[: len(first.tapers)] *= (1.0 - LOWER * first.tapers) / (1.0 + first.swings)
         return turns, np.where(crowded[some], CONVEX_BEND, LARGEST_BEND) * joints.bends[some]
@@ -500,7 +500,7 @@ def widths_behind(joints: RoundedJoints, kept: Widths, place: float) -> Interrup
         part = kept.part(some)
         middles = ways[some] + np.maximum(0.5 * part.half_widths, part.swing_widths)
         begin = max(begin, float(middles[part.single].max(initial=place)))
-        # What has ended before does not matter.
+        # Roundings that have ended before do not matter.
         first += int(np.count_nonzero(ways[some] + part.reaches <= place))
         yield
     near = joints.part(slice(first, None))
@@ -639,7 +639,7 @@ def _breaks(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[Bre
         total = int(numbers[-1])
     yield
     places = yield from picked(ascending, (yield from indices_of(fresh)))
-    # Where an end of a rounding lies on a joint but for rounding, it is the joint that counts.
+    # A joint counts as the end of a rounding that differs from it by rounding errors only.
     count, rounded = len(ways), len(half_widths)
     for some in blocks(count):
         places[group[some]] = ways[some]

@@ -114,7 +114,7 @@ FALLING = 560.0
 # How fast a grows with w where there is little room. T becomes a little wider than half of it.
 GROWING = 1.1
 
-# What tapers off by all but this does so altogether: rounding.
+# Part from which on a rounding counts as tapered off altogether: the rest is rounding error.
 ALL_OF_IT = 1.0 - 1e-9
 
 
@@ -164,7 +164,7 @@ def swung(joints: RoundedJoints, widths: Widths, count: int, rooms_before: Float
         for rooms in (before, after)
     )
     reaches = np.minimum(first, second)
-    # Where one line is longer, the platform comes along it too fast for the swing of the other.
+    # The platform comes along a longer line too fast for the swing of the other line.
     swings = swing_of(reaches / heights) * reaches / np.maximum(first, second)
     swinging = swings > 0.0
     chosen = np.flatnonzero(corners)[swinging]

@@ -38,7 +38,7 @@ WIDEST_BEND = 1.5
 # Roundings that share their room use this part of the tolerance first, as neighbours add theirs.
 SHARE = 0.9
 
-# So many joints to each side a rounding reaches over at most, unless the corner is a large one.
+# Number of joints to each side that a rounding reaches over at most, unless the corner is large.
 NEIGHBOURS = 32
 
 # No rounding reaches over more joints that share their room.
@@ -161,7 +161,7 @@ def widths_by_turns(
         some: of the joints.
     """
     ways = joints.ways[some]
-    # What is far away must not matter.
+    # Joints that are far away must not matter.
     widths = np.minimum(widths, reaches_over(joints.ways, FARTHEST_NEIGHBOUR, some))
     for _ in range(3):
         near = turns[np.searchsorted(joints.ways, ways + widths / 3.0)]
