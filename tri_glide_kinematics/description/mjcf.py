@@ -22,7 +22,7 @@ NOMINAL_MASSES = Masses.uniform(carriage=1.0, arm=0.1, platform=0.3)
 # A moving body needs a mass and inertias [kg], [kg m^2]. No rod turns about its own axis.
 LEAST_MASS, LEAST_INERTIA = 1e-9, 1e-13
 
-TIME_STEP = 0.0005
+TIME_STEP = 0.0005  # s
 # The constraints give way a little; they come back in this time [s], as a part of the time step.
 RETURN_TIME = 4.0
 # Of a drive with all that it could move [Hz].

@@ -15,7 +15,7 @@ from tri_glide_kinematics.calibration.fit import Calibration, Region, Residual
 from tri_glide_kinematics.calibration.session import UncertaintyMap
 from tri_glide_kinematics.vectors import FloatArray
 
-LEVELS = 24
+LEVELS = 24  # values between which a map changes its colour
 # Of all that is right, so much lies within twice the standard deviation.
 USUAL = 2.0
 KEPT_COLOR, OUTLIER_COLOR = "tab:blue", "tab:red"

@@ -17,7 +17,7 @@ from tri_glide_kinematics.workspace import Workspace
 PLACES = 201
 CUT_PLACES = 801
 
-LEVELS = 8
+LEVELS = 8  # lines of equal values in a map, about
 
 
 def machine_figure(

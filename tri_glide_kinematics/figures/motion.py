@@ -24,7 +24,7 @@ INTERVALS = 4000
 
 # Places labels beside points of a picture so that they cover neither each other nor a line.
 
-DIRECTIONS = 16
+DIRECTIONS = 16  # from a point in which its label may stand
 # Nearest and farthest distance of a label from its point, as parts of its height.
 DISTANCES = (0.7, 1.2, 1.8, 2.6)
 # Two labels that cover each other are as bad as this many covered points of a line.

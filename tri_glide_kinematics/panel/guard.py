@@ -28,7 +28,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.admission import Admission, Request, shown
 from tri_glide_kinematics.reason_log import ReasonLog
 
-FORBIDDEN, OK = 403, 200
+FORBIDDEN, OK = 403, 200  # status codes of HTTP
 WRONG_VERSION = 1002  # "protocol error" of RFC 6455
 # A page says little: where its camera is, what is pressed, a text in a field [bytes].
 LONGEST_MESSAGE = 64 * 1024

@@ -98,6 +98,7 @@ def turn(handle: Any, wxyz: Quaternion) -> None:
 SMALLEST_MOVE = 2e-5
 
 RGB = tuple[int, int, int]
+# Colours of what is drawn: red, green and blue from 0 to 255.
 TOWER: RGB = (120, 126, 135)
 TRAVEL_END: RGB = (190, 60, 50)
 MEASURED: RGB = (40, 46, 56)

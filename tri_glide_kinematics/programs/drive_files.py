@@ -157,7 +157,7 @@ class _Reader:
         return x, y, z
 
 
-MILLIMETRES = 1000.0
+MILLIMETRES = 1000.0  # in a metre
 
 # Back to the start of the line, and nothing of what stood there.
 ANEW = "\r\033[K"

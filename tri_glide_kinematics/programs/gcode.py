@@ -53,7 +53,7 @@ from tri_glide_kinematics.programs.words import NAMED, PERCENT, Block, ProgramEr
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 
-INCH = 25.4 * MILLIMETRE
+INCH = 25.4 * MILLIMETRE  # m
 
 # Steps whose square is shorter make no segment [m^2].
 SHORTEST_SQUARED = SHORTEST * SHORTEST
@@ -870,6 +870,8 @@ class _Interpreter:
                 self._ended = True
 
 
+# Codes are ten times their numbers: G17, G18 and G19 with the axes of a plane and the third axis;
+# M3, M4 and M5 with the direction of the spindle; M62 to M65 with the value of the output.
 _PLANES = {170: (0, 1, 2), 180: (2, 0, 1), 190: (1, 2, 0)}
 _SPINDLE = ((30, 1.0), (40, -1.0), (50, 0.0))
 _DIGITAL = {620: 1.0, 630: 0.0, 640: 1.0, 650: 0.0}

@@ -33,7 +33,7 @@ from tri_glide_kinematics.tables import Head, Table, TableError, read_table
 from tri_glide_kinematics.vectors import FloatArray
 
 COLUMNS = ("x", "y", "z", "tolerance", "speed")
-PLACE = 3
+PLACE = 3  # columns of the position, the first ones
 
 # Units of speeds in [m/s].
 SPEED_UNITS = {f"{unit}/s": size for unit, size in UNITS.items()}

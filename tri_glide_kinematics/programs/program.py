@@ -17,7 +17,7 @@ from tri_glide_kinematics.motion.path import PLACE_OF_ANGLE, FlatPath, PlatformP
 from tri_glide_kinematics.programs.words import ProgramError
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
-TURN = 2.0 * math.pi
+TURN = 2.0 * math.pi  # rad
 
 # A shorter rest of a segment is driven already [m]: no segment is shorter than 1e-6 m.
 LEAST_REST = 2e-6

@@ -15,8 +15,8 @@ from tri_glide_kinematics.keys import FileError, Keys, load_yaml
 from tri_glide_kinematics.motion.path import LARGEST_PLACE, LARGEST_SPEED, LEAST_SPEED
 from tri_glide_kinematics.vectors import Vector3
 
-MINUTE = 60.0
-MILLIMETRE = 1e-3
+MINUTE = 60.0  # s
+MILLIMETRE = 1e-3  # m
 
 
 class Dialect(Enum):
@@ -138,6 +138,7 @@ MOTORS_OFF = _codes("M", 18, 81, 84)
 TEXTS = _codes("M", 16, 23, 28, 32, 36, 98, 117, 118, 486)
 
 WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+# An offset or a place that nothing names [m].
 NOWHERE: Vector3 = (0.0, 0.0, 0.0)
 
 

@@ -38,9 +38,10 @@ COLUMNS = (
 # Numbers that end in zeros may be written without them: heights have so many digits at least [m].
 COARSEST = 1e-6
 
+# Forces of the sliders that a recording does not have [N].
 NO_FORCES = (np.nan,) * 3
 
-NANOSECONDS = 1_000_000_000
+NANOSECONDS = 1_000_000_000  # in a second
 
 MESSAGE = "sensor_msgs/msg/JointState"
 _SEPARATOR = "=" * 80

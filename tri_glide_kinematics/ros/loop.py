@@ -542,7 +542,7 @@ class PlanningTime:
         return self._clock() + self._expected < end
 
 
-LINES_PER_SECOND = 1
+LINES_PER_SECOND = 1  # of errors in the log, at most
 
 
 class ErrorLog:

@@ -24,13 +24,14 @@ from tri_glide_kinematics.keys import FileError
 from tri_glide_kinematics.tables import Table, TableError, read_table
 from tri_glide_kinematics.vectors import FloatArray
 
-MOST_AXES = 3
+MOST_AXES = 3  # columns of values beside the time
+# Samples that a recording has at least.
 LEAST_SAMPLES = 2
 
 # More would take longer than anybody waits: 200 s at 1 kHz.
 MOST_SAMPLES = 200_000
 
-STANDARD_GRAVITY = 9.80665
+STANDARD_GRAVITY = 9.80665  # m/s^2
 
 
 class Quantity(Enum):

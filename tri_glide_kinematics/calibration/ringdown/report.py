@@ -14,7 +14,7 @@ from tri_glide_kinematics.keys import FileError
 from tri_glide_kinematics.motion.shaping import ShaperKind
 from tri_glide_kinematics.wording import list_text, number_text
 
-MICROMETRES = 1e6
+MICROMETRES = 1e6  # in a metre
 
 # One section for one node, in braces, so that a file that is cut off is refused.
 TEXT = """# Modes of one machine, from a ring-down. ik_node takes them after its other file:

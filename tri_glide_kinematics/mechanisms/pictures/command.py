@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 from tri_glide_kinematics.picture_commands import command_parser, exit_code, find_file
 
-MOST_FRAMES = 720
+MOST_FRAMES = 720  # of an animation
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

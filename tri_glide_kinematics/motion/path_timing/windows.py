@@ -58,6 +58,7 @@ from tri_glide_kinematics.motion.trajectory import (
 )
 from tri_glide_kinematics.vectors import FloatArray
 
+# Places in a cell, from -1 to 1, and weights of the quadrature by Gauss for its duration.
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 

@@ -42,6 +42,7 @@ from tri_glide_kinematics.workspace import Traced, Workspace
 # Steps of a bisection: then an instant is known to rounding.
 _HALVINGS = 60
 
+# One impulse at once changes nothing.
 _UNSHAPED = Shaper((0.0,), (1.0,))
 
 

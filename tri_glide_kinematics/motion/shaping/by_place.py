@@ -36,6 +36,7 @@ from tri_glide_kinematics.motion.shaping.shapers import (
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
+# Largest number of places of a ``ShaperByPlace``.
 MOST_PLACES = 100
 
 # Two places are at least so far from each other [m]: between nearer ones, the difference of their

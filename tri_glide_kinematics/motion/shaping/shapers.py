@@ -46,6 +46,7 @@ LOWEST_FREQUENCY, HIGHEST_FREQUENCY = 1.0, 500.0
 # A mode with more damping does not swing.
 MOST_DAMPING = 0.5
 
+# Largest number of modes that a shaper is for.
 MOST_MODES = 2
 
 # Part of the unshaped vibration that the kinds with humps leave.
@@ -165,6 +166,7 @@ class Shaper:
         return math.fsum(a * (t - delay) ** 2 for a, t in zip(self.amplitudes, self.times))
 
 
+# One impulse at once changes nothing.
 _ONE_IMPULSE = Shaper((0.0,), (1.0,))
 
 

@@ -46,6 +46,7 @@ LIST_PERIOD = 1.0  # s between two looks into the folder
 SHOW_PERIOD = 0.2  # s between two texts of the present line
 MOST_LINES = 100_000_000  # of a program, for the field of a line: more than any file has
 
+# Colours of the path, and of the line that runs: red, green and blue from 0 to 255.
 COLORS: dict[int, RGB] = {CUT: (0, 30, 130), RAPID: (110, 110, 110), OUTSIDE: (220, 0, 0)}
 PRESENT: RGB = (230, 0, 200)
 

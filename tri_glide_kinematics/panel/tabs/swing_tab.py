@@ -22,6 +22,7 @@ from tri_glide_kinematics.wording import number_text
 
 SHAPERS = TABLE["shaper"].choices
 NOT_HEARD = "no accelerometer is heard (imu/data_raw)"
+# A field for a mode that the shaper does not have: frequency [Hz] and damping [%].
 NO_MODE = (0.0, 0.0)
 
 # Frequency [Hz] and damping [%].

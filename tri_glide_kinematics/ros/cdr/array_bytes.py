@@ -53,7 +53,7 @@ def write_header(written: bytearray, frame: str) -> None:
 
 NO_POINTS = np.empty((0, 3))
 ORIGIN: Vector3 = (0.0, 0.0, 0.0)
-NO_ROTATION = (0.0, 0.0, 0.0, 1.0)
+NO_ROTATION = (0.0, 0.0, 0.0, 1.0)  # quaternion: x, y, z, w
 
 # Behind its points, a marker has nothing: no colours, no texture (resource, stamp, frame, format,
 # data) with coordinates, no text, no mesh (resource, name, data), and no materials.

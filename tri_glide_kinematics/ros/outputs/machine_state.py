@@ -39,7 +39,7 @@ NUMBERS: dict[OperatingState, int] = {
     state: getattr(MachineState, state.name) for state in OperatingState
 }
 STATES = {number: state for state, number in NUMBERS.items()}
-NO_SPEED_LIMIT = 0.0
+NO_SPEED_LIMIT = 0.0  # what the message has where no limit is set [m/s]
 CAUSES = {cause.value: cause for cause in Cause}
 
 
