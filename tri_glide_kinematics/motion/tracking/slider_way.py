@@ -215,9 +215,8 @@ def mildest_way_onto(
         horizon: after which it is to be there [s]; one of less than ``FEWEST_STEPS`` is the step.
         twist: jerk of what moves [m/s^3].
     """
-    onto = way_onto(own, wanted, bounds, period)
-    if horizon < FEWEST_STEPS * period or (onto and is_hardly_a_jerk(onto, bounds[2])):
-        return onto
+    if horizon < FEWEST_STEPS * period:
+        return way_onto(own, wanted, bounds, period)
     height, velocity, acceleration = own
     place, rate, bend = wanted
     turn = period * twist
@@ -230,6 +229,10 @@ def mildest_way_onto(
         + part * (180.0 * x + 96.0 * v + 18.0 * a)
         - part * part * (120.0 * x + 60.0 * v + 10.0 * a)
     ) / (horizon * horizon * horizon)
+    if abs(mean) <= HARDLY_A_JERK * bounds[2]:
+        onto = way_onto(own, wanted, bounds, period)
+        if onto and is_hardly_a_jerk(onto, bounds[2]):
+            return onto
     return _steady(velocity, acceleration, mean + twist, bounds, period)
 
 
