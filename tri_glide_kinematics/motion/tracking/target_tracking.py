@@ -45,8 +45,10 @@ from tri_glide_kinematics.workspace import Workspace
 FRACTION_OF_VELOCITY = 0.98
 FRACTION_OF_ACCELERATION = 0.5
 
-# A target is caught up with until the mildest way onto it takes no more than this of the jerk.
+# A target is caught up with until the mildest way onto it takes no more than this of the jerk, with
+# the horizon or this one: a long one would take long from where it is the mildest way [s].
 NEAR = 0.2
+NEAR_HORIZON = 0.045
 
 # What of the limits of acceleration and jerk sliders count on that could arrive where the target is
 # now: along their way there, and in each direction across. One slider may need all three.
@@ -132,7 +134,7 @@ class TargetTracking:
         numbers = list(zip(own, wanted, bounds))
         if self._is_behind:
             self._is_behind = not all(
-                is_near(one, other, NEAR * bound[2], period, horizon)
+                is_near(one, other, NEAR * bound[2], period, min(horizon, NEAR_HORIZON))
                 for one, other, bound in numbers
             )
         if not self._is_behind:
