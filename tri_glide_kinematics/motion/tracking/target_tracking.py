@@ -138,11 +138,11 @@ class TargetTracking:
                 for one, other, bound in numbers
             )
         if not self._is_behind:
-            mildest = [
-                mildest_way_onto(*each, period, horizon, twist)
+            ways = [
+                way
                 for each, twist in zip(numbers, twists)
+                if (way := mildest_way_onto(*each, period, horizon, twist))
             ]
-            ways = [way for way in mildest if way]
             if len(ways) == 3:
                 return ways
         onto = [way_onto(*each, period) for each in numbers]

@@ -60,12 +60,11 @@ class Noise:
 
     def surprises(self, vector: Vector3) -> bool:
         """Return whether a ``vector`` is something new; else take it in."""
-        if hypot(*vector) > SURPRISE * self.size and not self._was_surprised:
-            self._was_surprised = True
-            return True
-        self._was_surprised = False
-        self.take(vector)
-        return False
+        is_large = hypot(*vector) > SURPRISE * self.size
+        self._was_surprised = is_large and not self._was_surprised
+        if not self._was_surprised:
+            self.take(vector)
+        return self._was_surprised
 
     def take(self, vector: Vector3) -> None:
         """Take in a ``vector``."""
