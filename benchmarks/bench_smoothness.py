@@ -8,7 +8,8 @@ tell of it, each for all sliders of a motion or for the one that is worst:
 - its total variation, as part of its limit: a move at the limit takes 8 for each slider, up and
   down four times.
 
-Nothing here is timed, so nothing depends on the computer.
+A second table is of what is followed (``followed.py``). Nothing here is timed, so nothing depends
+on the computer.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from benchmarks import followed
 from benchmarks.judge import LIMITS
 from benchmarks.random_paths import random_path
 from benchmarks.table import print_lines
@@ -100,7 +102,8 @@ def run() -> bool:
         )
         for row in rows()
     ]
-    return print_lines([HEAD, *lines])
+    whole = print_lines([HEAD, *lines])
+    return print_lines([followed.HEAD, *followed.rows()]) and whole
 
 
 def rows(engine: Started = started) -> Iterator[Smoothness]:

@@ -34,6 +34,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.tracking import FOLLOW_HORIZON
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace
@@ -148,8 +149,8 @@ def random_case(kind: str, rng: np.random.Generator) -> Case:
     return Case(motion, start, way, duration, told, period, workspace, limits, shaper)
 
 
-def driven(case: Case) -> Beyond:
-    """Return how far past the end a case leads."""
+def driven(case: Case, horizon: float = FOLLOW_HORIZON) -> Beyond:
+    """Return how far past the end a case leads, with a ``horizon`` [s]."""
     motion, start, way, duration, told, period, workspace, limits, shaper = case
     machine = workspace.machine
     whole = RESTED + 2.0 * duration + AFTER
@@ -161,6 +162,7 @@ def driven(case: Case) -> Beyond:
     x, y, z = start.tolist()
     engine.start(machine.inverse((x, y, z)))
     engine.set_shaper(shaper)
+    engine.set_follow_horizon(horizon)
     waiting, rows = list(reports), []
     for cycle in range(round(whole / period)):
         while waiting and waiting[0][0] <= cycle * period + 1e-9:
@@ -192,13 +194,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=300, help="of each kind")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kinds", nargs="*", default=KINDS)
+    parser.add_argument("--horizon", type=float, default=FOLLOW_HORIZON, help="of following [s]")
     parser.add_argument("--show", type=int, default=3, help="how many of the farthest are told")
     options = parser.parse_args(arguments)
     lines, farthest = [], []
     for kind in options.kinds:
         rng = np.random.default_rng((options.seed, *kind.encode()))
         cases = [random_case(kind, rng) for _ in range(options.count)]
-        found = [(driven(case), case) for case in cases]
+        found = [(driven(case, options.horizon), case) for case in cases]
         found.sort(key=lambda each: -each[0].ratio)
         farthest += [(kind, *each) for each in found[: options.show]]
         too_far = sum(beyond.ratio > 1.0 for beyond, _ in found)

@@ -334,6 +334,7 @@ def test_live_parameters_are_checked_as_a_set_and_hold_in_motion(machine, client
         ({"velocity_limits": [1.0, math.nan, 1.0]}, "velocity_limits[1] = nan"),
         ({"jerk_limits": [200.0, 200.0, -1.0]}, "jerk_limits[2] = -1 m/s^3"),
         ({"speed_scale": 0.5, "acceleration_limits": [0.0, 1.0, 1.0]}, "acceleration_limits[0]"),
+        ({"follow_horizon": 0.11}, "follow_horizon"),
         ({"arm_length": 0.41}, "read-only"),
         ({"rate": 250.0}, "read-only"),
     ]
@@ -342,7 +343,8 @@ def test_live_parameters_are_checked_as_a_set_and_hold_in_motion(machine, client
         assert not result.successful
         assert reason in result.reason
     assert client.set_parameters(
-        "ik_node", {"speed_scale": 0.1, "velocity_limits": [0.8, 0.8, 0.8]}
+        "ik_node",
+        {"speed_scale": 0.1, "velocity_limits": [0.8, 0.8, 0.8], "follow_horizon": 0.02},
     ).successful
     machine.wait_for_state("idle")
     machine.catch_up()

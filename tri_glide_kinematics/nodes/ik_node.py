@@ -140,6 +140,7 @@ class IkNode(Node):
             in_pieces=True,
         )
         self._engine.set_shaper(shaper_of(values))
+        self._engine.set_follow_horizon(values["follow_horizon"])
         self._controller = MotionController(
             self._engine,
             self._supervisor,
@@ -343,6 +344,7 @@ class IkNode(Node):
         streams.twists.timeout = values["twist_timeout"]
         streams.targets.timeout = self._target_timeout = values["target_timeout"]
         self._tracking_latency = values["tracking_latency"]
+        self._engine.set_follow_horizon(values["follow_horizon"])
         self._actions.path_tolerance = values["path_tolerance"]
         self._controller.newest_target.bounds = in_position_bounds_of(values)
         self._supervisor.bounds = supervision_bounds_of(values)

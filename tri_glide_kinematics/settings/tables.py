@@ -14,6 +14,7 @@ from tri_glide_kinematics.motion.shaping import (
     MOST_DAMPING,
     ShaperKind,
 )
+from tri_glide_kinematics.motion.tracking import FOLLOW_HORIZON, LONGEST_HORIZON
 from tri_glide_kinematics.settings.table import Parameter, markdown_table
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
@@ -203,6 +204,9 @@ IK_NODE = (
     live("target_timeout", 0.5,
         "the machine stops if no state of a moving target arrives for longer than this",
         "s", 0.01, 10.0),
+    live("follow_horizon", FOLLOW_HORIZON,
+        "time in which the platform is to be on a moving target, or at the velocity of a jog that "
+        "changes in motion: the longer, the calmer; 0 for one cycle", "s", 0.0, LONGEST_HORIZON),
     live("tracking_latency", 0.0,
         "time for which a moving target is extrapolated, as the drives are late", "s", -0.5, 0.5),
     live("path_tolerance", 0.001,

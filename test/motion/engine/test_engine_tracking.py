@@ -21,6 +21,7 @@ from motion_machine import (
     within,
 )
 
+from benchmarks import followed
 from benchmarks.judge import LIMITS as SOAKED_LIMITS
 from benchmarks.judge import WIDE
 from benchmarks.soak_follow import Case, driven
@@ -35,6 +36,7 @@ from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase
 from tri_glide_kinematics.motion.limits import ForceLimits, PlatformSpeedLimit, SliderLimits
+from tri_glide_kinematics.motion.tracking import FOLLOW_HORIZON, LONGEST_HORIZON
 from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace
 
 CENTRE = (0.0, 0.0, 0.3)
@@ -85,7 +87,7 @@ def test_a_jog_that_turns_needs_no_plan_and_becomes_straight(in_pieces):
         assert not moving.preparing
         states += go(moving, 0.01)
     assert moving.plan_number == number
-    states += go(moving, 0.2)
+    states += go(moving, 0.3)
     wanted = np.array((0.05 * math.cos(19), 0.05 * math.sin(19), 0.01))
     assert platform_velocity(moving) == pytest.approx(wanted, abs=1e-6)
     begin = place(moving)
@@ -316,7 +318,7 @@ def test_a_target_that_ends_is_overshot_hardly_more_than_by_a_plain_follower(
     motion, way, duration, told
 ):
     """It does what the sliders cannot do, and rests: the platform is late, and does not dive."""
-    period, rested, after = 0.002, 0.05, 0.4
+    period, rested, after = 0.002, 0.05, 0.8
     way = np.array(way)
     start = np.array((0.0, 0.0, 0.3)) - 0.5 * way
     reports = []
@@ -385,7 +387,8 @@ def test_far_from_the_middle_the_platform_is_not_led_aside_and_past_the_end(
     """Each slider for itself arrived at its own time, and where forces left less to brake with."""
     limits = SOAKED_LIMITS if added is None else SOAKED_LIMITS.with_added(added)
     case = Case(motion, np.array(start), np.array(way), *times, Workspace(MACHINE, WIDE), limits)
-    assert driven(case).ratio < 1.0
+    for horizon in (0.0, FOLLOW_HORIZON, LONGEST_HORIZON):
+        assert driven(case, horizon).ratio < 1.0
 
 
 def test_a_target_on_a_circle_is_caught_up_with_from_rest():
@@ -404,3 +407,69 @@ def test_a_target_on_a_circle_is_caught_up_with_from_rest():
         moving.step(period)
         errors.append(math.dist(place(moving), circle(0.5 * (now + period), 0.05)[0]))
     assert max(errors[540:]) < 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("radius", "turns", "told", "noise", "jerk", "fast", "error"),
+    [
+        (0.02, 1.0, 0.01, 0.0, 1.4, 3e-3, 2.5e-5),
+        (0.03, 0.5, 0.01, 0.0, 1.6, 3e-3, 2.5e-5),
+        (0.02, 1.0, 1.0 / 30.0, 0.0, 2.5, 5e-3, 5e-5),
+        (0.02, 1.0, 0.01, 1e-5, 1.5, 5e-3, 2.5e-5),
+        (0.02, 1.0, 0.01, 1e-4, 8.0, 3e-2, 2e-4),
+    ],
+)
+def test_a_target_on_a_circle_is_followed_calmly(radius, turns, told, noise, jerk, fast, error):
+    found = followed.followed(followed.on_circle(radius, turns), 1.0, told, noise)
+    assert found.jerk < jerk
+    assert found.fast < fast
+    assert found.behind < error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("turns", [0.5, 1.0])
+def test_a_twist_that_turns_is_followed_calmly_and_without_a_lag(turns):
+    found = followed.jogged(turns)
+    assert found.jerk < 1.4
+    assert found.fast < 3e-3
+    assert found.turns < 20.0
+    assert abs(found.behind) < 0.002
+
+
+def test_a_horizon_makes_no_error_on_a_line_and_catching_up_no_longer():
+    assert followed.straight_error() < 1e-6
+    for speed in (0.0, 0.1):
+        assert followed.time_to_catch(speed) <= 1.05 * followed.time_to_catch(speed, 0.0)
+
+
+@pytest.mark.parametrize("horizon", [0.02, 0.1])
+def test_with_any_horizon_a_target_that_rests_is_reached_exactly(horizon):
+    moving = engine()
+    moving.set_follow_horizon(horizon)
+    moving.track((0.0, 0.05, 0.35), AT_REST)
+    states = go(moving, 1.5)
+    assert within(heights_of(states))
+    assert states[-1].velocities == states[-1].accelerations == AT_REST
+    assert math.dist(MACHINE.forward(states[-1].heights), (0.0, 0.05, 0.35)) < 1e-9
+
+
+def test_the_horizon_can_be_changed_while_a_target_is_followed():
+    moving, states, jerks = engine(), [], []
+    rng = np.random.default_rng(5)
+    for horizon in (0.0, 0.045, 0.0, 0.1):
+        moving.set_follow_horizon(horizon)
+        for report in range(50):
+            position, velocity = circle(0.01 * report)
+            moving.track(np.add(position, 1e-5 * rng.normal(size=3)).tolist(), velocity)
+            states += go(moving, 0.01)
+        last = np.diff([state.accelerations for state in states[-200:]], axis=0)
+        jerks.append(float(np.sqrt(np.square(last).mean())) / DT)
+    assert within(heights_of(states))
+    assert jerks[0] > 20.0 * jerks[1] and jerks[2] > 20.0 * jerks[3]
+
+
+@pytest.mark.parametrize("horizon", [-0.001, 0.101, math.nan, math.inf])
+def test_a_horizon_out_of_bounds_is_refused(horizon):
+    with pytest.raises(KinematicsError, match="follow_horizon"):
+        engine().set_follow_horizon(horizon)

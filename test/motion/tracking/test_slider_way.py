@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,6 +11,11 @@ from hypothesis import strategies as st
 from strategies import reproducible
 
 from tri_glide_kinematics.motion.tracking import cut_to, stopping_velocity, to_zero, within
+from tri_glide_kinematics.motion.tracking.slider_way import (
+    mildest_way_onto,
+    mildest_way_onto_speed,
+    way_onto,
+)
 from tri_glide_kinematics.motion.trajectory import RuckigPlanner, after, total_duration
 
 MOST, JERK = 10.0, 200.0
@@ -113,3 +120,67 @@ def test_within():
         2.0,
         2.0,
     ]
+
+
+def mean_jerk(ends: np.ndarray, period: float, horizon: float, orders: int) -> float:
+    """Return the mean jerk over a first ``period`` of the mildest motion to zero.
+
+    It is a polynomial with the derivatives ``ends`` at the start, and none at the end [s].
+    """
+    first = 3 - orders
+    powers = np.arange(first, first + 2 * orders)
+    rows, right = [], []
+    for time, values in ((0.0, ends), (horizon, np.zeros(orders))):
+        for order in range(first, 3):
+            factors = [math.perm(power, order) if power >= order else 0.0 for power in powers]
+            rows.append([f * time ** max(power - order, 0) for f, power in zip(factors, powers)])
+            right.append(values[order - first])
+    polynomial = np.linalg.solve(rows, right)
+    accelerations = [
+        sum(
+            c * math.perm(power, 2) * time ** max(power - 2, 0)
+            for c, power in zip(polynomial, powers)
+            if power >= 2
+        )
+        for time in (0.0, period)
+    ]
+    return (accelerations[1] - accelerations[0]) / period
+
+
+def test_the_mildest_way_has_the_least_jerk_that_ends_on_what_moves():
+    rng = np.random.default_rng(7)
+    for _ in range(100):
+        period, horizon = rng.uniform(0.0005, 0.004), rng.uniform(0.02, 0.1)
+        own = rng.normal(size=3) * (1e-3, 1e-2, 0.1)
+        rate, bend, twist = rng.normal(size=3) * (0.1, 1.0, 5.0)
+        # What moves is where the slider is zero from, seen from its frame, when the step begins.
+        end = [
+            rate * period + bend * period**2 / 2 + twist * period**3 / 6,
+            rate + bend * period + twist * period**2 / 2,
+            bend + twist * period,
+        ]
+        state = own + np.array((0.0, rate, bend))
+        bounds = (1.0, 1e9, 1e5)
+        way = mildest_way_onto(tuple(state), tuple(end), bounds, period, horizon, twist)
+        ((length, jerk),) = way.phases
+        assert length == period
+        assert jerk - twist == pytest.approx(mean_jerk(own, period, horizon, 3), rel=1e-6)
+        way = mildest_way_onto_speed(
+            (state[1], state[2]), (rate + bend * period, bend), bounds, period, horizon
+        )
+        ((length, jerk),) = way.phases
+        assert jerk == pytest.approx(mean_jerk(own[1:], period, horizon, 2), rel=1e-6)
+
+
+def test_the_mildest_way_is_given_up_where_limits_or_the_horizon_are_too_small():
+    far, near = (1e-3, 0.0, 0.0), (1e-13, 0.0, 0.0)
+    aim = (0.0, 0.0, 0.0)
+    bounds = (1.0, 10.0, 200.0)
+    assert mildest_way_onto(far, aim, bounds, 0.001, 0.03) is None
+    assert len(mildest_way_onto(far, aim, bounds, 0.001, 0.1).phases) == 1
+    assert mildest_way_onto(far, aim, (1.0, 0.01, 200.0), 0.001, 0.1) is None
+    # What is hardly any jerk, and a horizon of less than three steps, is one step.
+    for own, horizon in ((near, 0.06), (near, 0.0), ((1e-9, 0.0, 0.0), 0.0029)):
+        way = mildest_way_onto(own, aim, bounds, 0.001, horizon)
+        assert way == way_onto(own, aim, bounds, 0.001)
+        assert len(way.phases) == 3

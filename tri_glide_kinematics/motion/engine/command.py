@@ -13,7 +13,7 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.shaping import Shaper
-from tri_glide_kinematics.motion.tracking import MovingTarget, Wanted
+from tri_glide_kinematics.motion.tracking import MovingTarget, Wanted, WantedVelocity
 from tri_glide_kinematics.motion.trajectory import SequencePlan, Trajectory
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -108,7 +108,10 @@ class Execution(Protocol):
 
 
 class Foresight(Protocol):
-    """What knows where a tracked target will be."""
+    """What knows where a tracked target will be, and which velocity will be wanted."""
+
+    def velocity_after(self, dt: float, told: Vector3) -> WantedVelocity:
+        """Return which velocity will be wanted in ``dt`` seconds, ``told`` last [m/s]."""
 
     def target_after(self, dt: float, shaper: Shaper | None = None) -> MovingTarget:
         """Return where the target will be in ``dt`` seconds; with a ``shaper``, led."""

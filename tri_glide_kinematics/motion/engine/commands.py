@@ -171,10 +171,12 @@ class Jog(Command):
         return planner.jog(state, self.direction, speed, limits.effective, region, moving)
 
     def wanted(self, tracker: Foresight, limits: DriveLimits, dt: float) -> Wanted:
-        """Return its velocity, as far as the scale lets it."""
-        speed = self.speed * limits.speed_scale
-        x, y, z = self.direction
-        return WantedVelocity((speed * x, speed * y, speed * z))
+        """Return its velocity, led as it changes, as far as the scale lets it."""
+        (x, y, z), (ax, ay, az) = tracker.velocity_after(dt, self.velocity)
+        scale = limits.speed_scale
+        return WantedVelocity(
+            (scale * x, scale * y, scale * z), (scale * ax, scale * ay, scale * az)
+        )
 
     def ends_at_edge(self, refusal: KinematicsError) -> bool:
         """Return whether a ``refusal`` says that there is no room in its direction."""

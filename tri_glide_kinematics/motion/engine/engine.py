@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tri_glide_kinematics.checks import finite_vector, member
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.checks import finite_vector, member, non_negative
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
 from tri_glide_kinematics.motion.engine.commands import Follow, Jog, Move, NewLimits, Track
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
@@ -27,6 +27,7 @@ from tri_glide_kinematics.motion.limits import SampledPlan, SliderLimits, Slider
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
+from tri_glide_kinematics.motion.tracking import LONGEST_HORIZON
 from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import vector_text
@@ -367,6 +368,21 @@ class MotionEngine:
     def speed_scale(self) -> float:
         """Scale in force."""
         return self._holder.limits.speed_scale
+
+    def set_follow_horizon(self, horizon: float) -> None:
+        """Change how long steps of following take to be on what is followed; the next one knows it.
+
+        Args:
+            horizon: of targets, and of jogs that change in motion; 0 for the end of each step,
+                which answers noise with the whole jerk [s].
+
+        Raises:
+            NotFiniteError: if it is NaN or infinite.
+            OutOfBoundsError: if it is less than 0 or more than ``LONGEST_HORIZON``.
+        """
+        if non_negative("follow_horizon", horizon, "s") > LONGEST_HORIZON:
+            raise OutOfBoundsError("follow_horizon", horizon, f"at most {LONGEST_HORIZON:g}", "s")
+        self._execution.tracking.tracker.follower.horizon = horizon
 
     @property
     def path_speed_scale(self) -> float:

@@ -28,7 +28,15 @@ from tri_glide_kinematics.motion.engine.replanning import Replanned
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.shaped import Planned
 from tri_glide_kinematics.motion.shaping import Shaper
-from tri_glide_kinematics.motion.tracking import Follower, MovingTarget, TargetMotion, Wanted
+from tri_glide_kinematics.motion.tracking import (
+    FOLLOW_HORIZON,
+    Follower,
+    MovingTarget,
+    TargetMotion,
+    ToldVelocity,
+    Wanted,
+    WantedVelocity,
+)
 from tri_glide_kinematics.motion.trajectory import TrackedStep, Trajectory
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -67,10 +75,11 @@ class Tracker:
 
     def __init__(self, workspace: Workspace) -> None:
         """Prepare for the machine of ``workspace``."""
-        self._follower = Follower(workspace)
+        self.follower = Follower(workspace, FOLLOW_HORIZON)
         self._workspace = workspace
         self._machine = workspace.machine
         self._target: TargetMotion | None = None
+        self._velocity: ToldVelocity | None = None
         self._time = 0.0
 
     def report(self, target: MovingTarget, age: float, start: Vector3 | None) -> None:
@@ -83,7 +92,7 @@ class Tracker:
         """
         if start is None:
             assert self._target is not None
-            self._target.report(target, self._time - age)
+            self._target.report(target, self._time - age, age)
             return
         # A target that is elsewhere at the start is caught up with as soon as possible.
         missing = math.dist(target.after(age).position, self._machine.forward(start))
@@ -92,13 +101,20 @@ class Tracker:
             target._replace(lead=missing if missing < NEAR else math.inf), -age
         )
 
+    def report_velocity(self, velocity: Vector3, *, goes_on: bool) -> None:
+        """Take in which ``velocity`` is wanted now [m/s]; others before count if it ``goes_on``."""
+        if goes_on and self._velocity is not None:
+            self._velocity.report(velocity, self._time)
+        else:
+            self._velocity = ToldVelocity(velocity, self._time)
+
     def next(self, held: HeldMotion, time: float, dt: float) -> HeldMotion | None:
         """Return what is held for a step of ``dt`` [s], from ``time`` [s] in the held plan on.
 
         Limits that are pending are in force with it. None if no such step is certified.
         """
         limits, wanted = self._wanted(held, dt)
-        step = self._follower.step(held.plan.at(time), wanted, limits.effective, dt)
+        step = self.follower.step(held.plan.at(time), wanted, limits.effective, dt)
         return self._with_step(held, step, limits)
 
     def prepared(
@@ -106,7 +122,7 @@ class Tracker:
     ) -> Interruptible[HeldMotion | None]:
         """Return what is held for a step, as ``next`` does, that begins ``ahead`` of now [s]."""
         limits, wanted = self._wanted(held, ahead + dt)
-        step = yield from self._follower.step_in_pieces(
+        step = yield from self.follower.step_in_pieces(
             held.plan.at(time), wanted, limits.effective, dt
         )
         return self._with_step(held, step, limits)
@@ -131,6 +147,15 @@ class Tracker:
         (x, y, z), _, (ax, ay, az), _ = target
         half = 0.5 * shaper.variance
         return target._replace(position=(x - half * ax, y - half * ay, z - half * az))
+
+    def velocity_after(self, dt: float, told: Vector3) -> WantedVelocity:
+        """Return which velocity will be wanted in ``dt`` seconds if it changes as it did.
+
+        Without a horizon it is the one that was ``told`` last [m/s].
+        """
+        if self._velocity is None or not self.follower.horizon > 0.0:
+            return WantedVelocity(told)
+        return self._velocity.at(self._time + dt)
 
     def advance(self, dt: float) -> None:
         """Let ``dt`` seconds pass."""
@@ -209,6 +234,8 @@ class Tracking:
             return False
         tracking = held.with_goal(goal)
         goes_on = self._tracks_like(goal)
+        assert goal.velocity is not None
+        self.tracker.report_velocity(goal.velocity, goes_on=goes_on)
         if self.prepares_steps:
             if goes_on:
                 # A step that is being prepared is held soon; the next one leads to this.

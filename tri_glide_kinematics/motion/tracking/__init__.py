@@ -7,9 +7,12 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.tracking.clearance import excursion as excursion
     from tri_glide_kinematics.motion.tracking.clearance import first_certified as first_certified
+    from tri_glide_kinematics.motion.tracking.follower import FOLLOW_HORIZON as FOLLOW_HORIZON
+    from tri_glide_kinematics.motion.tracking.follower import LONGEST_HORIZON as LONGEST_HORIZON
     from tri_glide_kinematics.motion.tracking.follower import Follower as Follower
     from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget as MovingTarget
     from tri_glide_kinematics.motion.tracking.moving_target import TargetMotion as TargetMotion
+    from tri_glide_kinematics.motion.tracking.moving_target import ToldVelocity as ToldVelocity
     from tri_glide_kinematics.motion.tracking.moving_target import Wanted as Wanted
     from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity as WantedVelocity
     from tri_glide_kinematics.motion.tracking.slider_way import Braking as Braking

@@ -24,18 +24,27 @@ from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTrack
 from tri_glide_kinematics.motion.trajectory import TrackedStep, gentler
 from tri_glide_kinematics.workspace import Workspace
 
+# How far ahead of a step its aim is, and at most [s].
+FOLLOW_HORIZON = 0.045
+LONGEST_HORIZON = 0.1
+
 # A step that is prepared has time for so many places of its way.
 PREPARED_SAMPLES = 100
 
 
 class Follower:
-    """Steps of a machine towards velocities and moving targets."""
+    """Steps of a machine towards velocities and moving targets.
 
-    def __init__(self, workspace: Workspace) -> None:
-        """Prepare for a ``workspace`` and its machine."""
+    Attributes:
+        horizon: how long after a step what is wanted is to be reached [s].
+    """
+
+    def __init__(self, workspace: Workspace, horizon: float = 0.0) -> None:
+        """Prepare for a ``workspace`` and its machine, with a ``horizon`` [s] or none."""
         self._workspace = workspace
         self._velocities = VelocityTracking(workspace)
         self._targets = TargetTracking(workspace)
+        self.horizon = horizon
 
     def step(
         self, state: SliderState, wanted: Wanted, limits: SliderLimits, period: float
@@ -54,7 +63,9 @@ class Follower:
             the workspace or has no pose, or the step would leave no way to rest that can be shown
             to be one. The braking that is held then goes on.
         """
-        return at_once(self.step_in_pieces(state, wanted, limits, period, TRACE_SAMPLES))
+        return at_once(
+            self.step_in_pieces(state, wanted, limits, period, TRACE_SAMPLES, self.horizon)
+        )
 
     def step_in_pieces(
         self,
@@ -63,12 +74,18 @@ class Follower:
         limits: SliderLimits,
         period: float,
         samples: int = PREPARED_SAMPLES,
+        horizon: float = 0.0,
     ) -> Interruptible[TrackedStep | None]:
-        """Return the next step, as ``step`` does, from so many ``samples`` of a way at most."""
+        """Return the next step, as ``step`` does, from so many ``samples`` of a way at most.
+
+        A step that is prepared is so long that it is its own horizon [s].
+        """
         for used in gentler(limits, state):
             try:
                 with SOUND:
-                    step = yield from self._step(state, wanted, used, limits, period, samples)
+                    step = yield from self._step(
+                        state, wanted, used, limits, period, samples, horizon
+                    )
                 if step is not None:
                     return step
             except KinematicsError:
@@ -83,20 +100,21 @@ class Follower:
         limits: SliderLimits,
         period: float,
         samples: int,
+        horizon: float,
     ) -> Interruptible[TrackedStep | None]:
         """Return the step that uses no more than some limits, if it is certified for ``limits``."""
         if isinstance(wanted, WantedVelocity):
-            ways = self._velocities.step_towards(state, wanted.velocity, used, period)
+            ways = self._velocities.step_towards(state, wanted, used, period, horizon)
             return (yield from self._with_braking(state, ways, used, limits, period, samples))
-        ways = self._targets.step_towards(state, wanted, used, period)
+        ways = self._targets.step_towards(state, wanted, used, period, horizon)
         step = yield from self._with_braking(state, ways, used, limits, period, samples)
         if step is not None:
             return step
         # The sliders' shortest ways bend. The straight one of the platform leaves nothing but
         # bounds that are not convex.
         place = self._workspace.machine.forward(state.heights)
-        velocity = straight_towards(place, wanted, used)
-        ways = self._velocities.step_towards(state, velocity, used, period)
+        straight = WantedVelocity(straight_towards(place, wanted, used))
+        ways = self._velocities.step_towards(state, straight, used, period)
         return (yield from self._with_braking(state, ways, used, limits, period, samples))
 
     def _with_braking(

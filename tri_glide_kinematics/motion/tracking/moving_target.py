@@ -5,6 +5,15 @@ from __future__ import annotations
 from math import dist, hypot, inf
 from typing import NamedTuple
 
+from tri_glide_kinematics.motion.tracking.trend import (
+    LONGEST_BEND,
+    SURPRISE,
+    ZERO,
+    Course,
+    Noise,
+    Trend,
+    added,
+)
 from tri_glide_kinematics.vectors import Vector3
 
 
@@ -13,9 +22,11 @@ class WantedVelocity(NamedTuple):
 
     Attributes:
         velocity: Shape (3,) [m/s].
+        acceleration: with which it changes, zero if that is not known. Shape (3,) [m/s^2].
     """
 
     velocity: Vector3
+    acceleration: Vector3 = ZERO
 
 
 class MovingTarget(NamedTuple):
@@ -30,7 +41,7 @@ class MovingTarget(NamedTuple):
 
     position: Vector3
     velocity: Vector3
-    acceleration: Vector3 = (0.0, 0.0, 0.0)
+    acceleration: Vector3 = ZERO
     lead: float = inf
 
     def after(self, time: float) -> MovingTarget:
@@ -49,14 +60,16 @@ Wanted = WantedVelocity | MovingTarget
 LARGEST_ACCELERATION = 5.0
 
 # Reports that are farther apart say nothing about the acceleration now; between reports that are
-# nearer together, what is wrong in the velocities is most of their difference [s].
+# nearer together, what is wrong in the velocities is most of their difference, and the rate stays
+# the one that is known [s].
 LONGEST_INTERVAL = 0.25
-SHORTEST_INTERVAL = 0.002
+SHORTEST_INTERVAL = 0.0035
 
 # A target that is farther from where two velocities lead, as a part of their way, has jumped.
 JUMP = 0.1
 
-NO_ACCELERATION: Vector3 = (0.0, 0.0, 0.0)
+# What was foreseen goes on for so many intervals if no further report comes, as that may be late.
+LASTS = 1.5
 
 # How far ahead of a target its follower may aim [m], and what is added of the way that it has gone
 # since it last rested or turned: that much farther the follower may go beyond a sudden end.
@@ -72,8 +85,11 @@ class TargetMotion:
 
     def __init__(self, first: MovingTarget, time: float) -> None:
         """Begin with a ``first`` report, of a ``time`` on any clock [s]."""
-        self._last = first
-        self._time = time
+        self._told = first
+        self._velocity, self._errors = Trend(first.velocity), Noise()
+        self._start = self._position = first.position
+        self._course = self._velocity.now
+        self._time = self._learned = time
         self._lasts = 0.0
 
     @property
@@ -81,18 +97,47 @@ class TargetMotion:
         """When the target was where it was reported last [s]."""
         return self._time
 
-    def report(self, target: MovingTarget, time: float) -> None:
-        """Take the next report, of a ``time`` on the same clock [s]; an earlier one starts anew."""
-        interval = time - self._time
-        acceleration = _acceleration(self._last, target, interval)
-        self._lasts = interval if any(acceleration) else 0.0
-        lead = _lead(self._last, target)
-        self._last = MovingTarget(target.position, target.velocity, acceleration, lead)
-        self._time = time
+    def report(self, target: MovingTarget, time: float, age: float = 0.0) -> None:
+        """Take the next report, of a ``time`` on the same clock; an earlier one starts anew.
+
+        Args:
+            target: as it was then.
+            time: when it was so [s].
+            age: how long ago that is [s].
+        """
+        interval = time - self._learned
+        told, self._told = self._told, target._replace(lead=_lead(self._told, target))
+        self._time, since = time, time - self._time
+        if 0.0 < interval < SHORTEST_INTERVAL:
+            _, rate, bend = self._course.after(since)
+            self._position, self._course = target.position, Course(target.velocity, rate, bend)
+            return
+        self._learned = time
+        self._lasts = 0.0
+        if SHORTEST_INTERVAL <= interval <= LONGEST_INTERVAL:
+            before = self._velocity.now
+            self._velocity.report(target.velocity, interval)
+            now = self._velocity.now
+            both, bent = added(before.value, 1.0, now.value), added(before.rate, -1.0, now.rate)
+            beside = added(target.position, -1.0, added(self._start, 0.5 * interval, both))
+            error = added(beside, -interval * interval / 12.0, bent)
+            kept = 0.0 if self._errors.surprises(error) else self._errors.memory()
+            way = 0.5 * interval * (hypot(*told.velocity) + hypot(*target.velocity))
+            # Where an acceleration changes so much, there is no saying how it goes on, either.
+            jumped = not hypot(*beside) <= max(JUMP * way, SURPRISE * self._errors.size)
+            if not (jumped or hypot(*now.rate) > LARGEST_ACCELERATION):
+                late = interval > LONGEST_BEND
+                self._lasts = (1.0 if late else LASTS) * interval + min(max(age, 0.0), LONGEST_BEND)
+                self._start = self._position = added(target.position, -kept, error)
+                self._course = now
+                return
+        self._start = self._position = target.position
+        self._velocity.restart(target.velocity)
+        self._course = self._velocity.now
 
     def lose(self) -> None:
         """Forget its way so far: it is to be caught up with as soon as possible."""
-        self._last = self._last._replace(lead=inf)
+        self._told = self._told._replace(lead=inf)
 
     def at(self, time: float, foreseen: float = 0.0) -> MovingTarget:
         """Return where the target is at a ``time`` [s].
@@ -103,25 +148,63 @@ class TargetMotion:
         """
         past = time - self._time
         lasts = self._lasts + foreseen if self._lasts else 0.0
-        if past <= lasts:
-            return self._last.after(past)
-        last = self._last.after(lasts)
-        return last._replace(acceleration=NO_ACCELERATION).after(past - lasts)
+        changing = min(past, lasts)
+        value, rate, bend = self._course
+        velocity, acceleration, _ = self._course.after(changing)
+        place = added(self._position, changing, value)
+        place = added(place, 0.5 * changing * changing, rate)
+        place = added(place, changing**3 / 6.0, bend)
+        if past > lasts:
+            place, acceleration = added(place, past - lasts, velocity), ZERO
+        return MovingTarget(place, velocity, acceleration, self._told.lead)
 
 
-def _acceleration(first: MovingTarget, second: MovingTarget, interval: float) -> Vector3:
-    """Return the acceleration between two reports [m/s^2], zero where they do not tell it."""
-    if not SHORTEST_INTERVAL <= interval <= LONGEST_INTERVAL:
-        return NO_ACCELERATION
-    (x, y, z), (dx, dy, dz), _, _ = first
-    (vx, vy, vz) = second.velocity
-    half = 0.5 * interval
-    foreseen = x + half * (dx + vx), y + half * (dy + vy), z + half * (dz + vz)
-    way = half * (hypot(dx, dy, dz) + hypot(vx, vy, vz))
-    if not dist(foreseen, second.position) <= JUMP * way:
-        return NO_ACCELERATION
-    change = (vx - dx) / interval, (vy - dy) / interval, (vz - dz) / interval
-    return change if hypot(*change) <= LARGEST_ACCELERATION else NO_ACCELERATION
+# A twist is led by this part of itself at most: what turns more from one to the next is no turn.
+LARGEST_LED = 0.5
+
+
+class ToldVelocity:
+    """A wanted velocity as it was told last, and how it goes on until the next one is due."""
+
+    def __init__(self, velocity: Vector3, time: float) -> None:
+        """Begin with a first report, of a ``time`` on any clock [s]."""
+        self._trend = Trend(velocity, by_hand=True)
+        self._told = self._value = velocity
+        self._time = self._learned = time
+        self._lasts = 0.0
+
+    def report(self, velocity: Vector3, time: float) -> None:
+        """Take the next report, of a ``time`` on the same clock [s].
+
+        The same velocity again says nothing, as it may be sent more often than it is made; for how
+        long the last one is led shows in how often it changed.
+        """
+        if velocity == self._told:
+            return
+        interval = time - self._learned
+        self._told, self._time = velocity, time
+        if 0.0 < interval < SHORTEST_INTERVAL:
+            self._value = velocity
+            return
+        self._learned = time
+        self._lasts = 0.0
+        if SHORTEST_INTERVAL <= interval <= LONGEST_INTERVAL:
+            self._trend.report(velocity, interval)
+            if hypot(*self._trend.now.rate) <= LARGEST_ACCELERATION:
+                self._lasts = LASTS * interval
+        if not self._lasts > 0.0:
+            self._trend.restart(velocity)
+        self._value = self._trend.now.value
+
+    def at(self, time: float) -> WantedVelocity:
+        """Return what is wanted at a ``time`` on the clock of the reports [s]."""
+        past, rate = time - self._time, self._trend.now.rate
+        change = self._lasts * hypot(*rate)
+        if not (past <= self._lasts and change > 0.0):
+            return WantedVelocity(self._value)
+        most = LARGEST_LED * hypot(*self._value) / change
+        rate = added(ZERO, min(self._trend.stands_out(self._lasts / LASTS), most), rate)
+        return WantedVelocity(added(self._value, past, rate), rate)
 
 
 def _lead(first: MovingTarget, second: MovingTarget) -> float:

@@ -8,6 +8,14 @@ $$v + \frac{b^2 - a^2}{2J} + \frac{b^2}{2J} = 0, \quad b = \sqrt{a^2/2 - J v}.$$
 
 The direction is that against $v + a|a|/2J$, the velocity that is left if the acceleration is taken
 back at once: the slider passes no velocity beyond the larger of this and its own.
+
+The **mildest way** to what is followed is there after a horizon $T$, with the least integral of the
+squared jerk. Seen from a frame that moves with what is followed, from height $x$, velocity $v$ and
+acceleration $a$, or without the height, its jerk begins with
+
+$$-\frac{60 x + 36 v T + 9 a T^2}{T^3}, \quad -\frac{6 v + 4 a T}{T^2}.$$
+
+Of each such way only the first step is taken, with its mean jerk; the next one looks as far ahead.
 """
 
 from __future__ import annotations
@@ -174,6 +182,114 @@ def way_onto_speed(
         return None
     way = way_of(velocity, acceleration, ((half, first), (half, second)))
     return SliderWay(way.phases, way.displacement, rate, bend)
+
+
+# A step may be on what is followed at once if its jerk is no more than this part of the limit.
+HARDLY_A_JERK = 1e-3
+
+# A horizon that is shorter than so many steps is none: a step is so long already.
+FEWEST_STEPS = 3.0
+
+
+def is_hardly_a_jerk(way: SliderWay, limit: float) -> bool:
+    """Return whether the jerks of a ``way`` are as good as none, with such a ``limit`` [m/s^3]."""
+    most = HARDLY_A_JERK * limit
+    return all(-most <= jerk <= most for _, jerk in way.phases)
+
+
+def mildest_way_onto(
+    own: Setpoint,
+    wanted: Setpoint,
+    bounds: Bounds,
+    period: float,
+    horizon: float,
+    twist: float = 0.0,
+) -> SliderWay | None:
+    """Return the first step of the mildest way onto what moves, if the limits allow it.
+
+    Args:
+        own: at the start of the step.
+        wanted: what moves, at the end of the step.
+        bounds: of the slider; the velocity is not looked at.
+        period: of the step [s].
+        horizon: after which it is to be there [s]; one of less than ``FEWEST_STEPS`` is the step.
+        twist: jerk of what moves [m/s^3].
+    """
+    if horizon < FEWEST_STEPS * period:
+        return way_onto(own, wanted, bounds, period)
+    height, velocity, acceleration = own
+    place, rate, bend = wanted
+    turn = period * twist
+    a = acceleration - bend + turn
+    v = velocity - rate + period * (bend - 0.5 * turn)
+    x = height - place + period * (rate - 0.5 * period * (bend - turn / 3.0))
+    v, a, part = horizon * v, horizon * horizon * a, period / horizon
+    mean = (
+        -(60.0 * x + 36.0 * v + 9.0 * a)
+        + part * (180.0 * x + 96.0 * v + 18.0 * a)
+        - part * part * (120.0 * x + 60.0 * v + 10.0 * a)
+    ) / (horizon * horizon * horizon)
+    if abs(mean) <= HARDLY_A_JERK * bounds[2]:
+        onto = way_onto(own, wanted, bounds, period)
+        if onto and is_hardly_a_jerk(onto, bounds[2]):
+            return onto
+    return _steady(velocity, acceleration, mean + twist, bounds, period)
+
+
+def is_near(own: Setpoint, wanted: Setpoint, jerk: float, period: float, horizon: float) -> bool:
+    """Return whether none of height, velocity and acceleration asks for a ``jerk`` [m/s^3].
+
+    Args:
+        own: at the start of a step.
+        wanted: what moves, at the end of the step.
+        jerk: of the mildest way onto it.
+        period: of the step [s].
+        horizon: after which it is to be there [s].
+    """
+    height, velocity, acceleration = own
+    place, rate, bend = wanted
+    a = horizon * horizon * abs(acceleration - bend)
+    v = horizon * abs(velocity - rate + period * bend)
+    x = abs(height - place + period * (rate - 0.5 * period * bend))
+    return 60.0 * x + 36.0 * v + 9.0 * a <= horizon * horizon * horizon * jerk
+
+
+def mildest_way_onto_speed(
+    own: tuple[float, float],
+    wanted: tuple[float, float],
+    bounds: Bounds,
+    period: float,
+    horizon: float,
+) -> SliderWay | None:
+    """Return the first step of the mildest way to a velocity, as ``mildest_way_onto`` does.
+
+    Args:
+        own: velocity [m/s] and acceleration [m/s^2] at the start of the step.
+        wanted: the same, at its end.
+        bounds: of the slider; the velocity is not looked at.
+        period: of the step [s].
+        horizon: after which it is to be so [s].
+    """
+    velocity, acceleration = own
+    rate, bend = wanted
+    onto = way_onto_speed(velocity, acceleration, rate, bend, bounds, period)
+    if horizon < FEWEST_STEPS * period or (onto and is_hardly_a_jerk(onto, bounds[2])):
+        return onto
+    v, a = velocity - rate + period * bend, horizon * (acceleration - bend)
+    part = period / horizon
+    mean = (part * (6.0 * v + 3.0 * a) - (6.0 * v + 4.0 * a)) / (horizon * horizon)
+    return _steady(velocity, acceleration, mean, bounds, period)
+
+
+def _steady(
+    velocity: float, acceleration: float, jerk: float, bounds: Bounds, period: float
+) -> SliderWay | None:
+    """Return the step with a steady ``jerk``, if the limits allow it."""
+    _, most, hardest = bounds
+    end = acceleration + period * jerk
+    if not (-hardest <= jerk <= hardest and -most <= end <= most):
+        return None
+    return way_of(velocity, acceleration, ((period, jerk),))
 
 
 # A slider that is slower than the others brakes more gently, but not by more than this.

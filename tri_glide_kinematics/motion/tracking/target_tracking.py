@@ -1,7 +1,8 @@
 r"""The next step towards a target that moves.
 
 Sliders that held the platform on the target would have some height, rate and acceleration at the
-end of the step. A slider that can have them by then, within its limits, gets them. Each other one
+end of the step. A slider that can have them a horizon later, as they go on, sets out on the mildest
+way there: to be there at once would answer each rounding error with the whole jerk. Each other one
 catches up in the shortest time, seen from a frame that moves with the slider of the target: what
 the target does takes its part of the limits of velocity and acceleration.
 
@@ -27,6 +28,8 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     Setpoint,
     SliderWay,
     cut_to,
+    is_near,
+    mildest_way_onto,
     way_of,
     way_onto,
     within,
@@ -41,6 +44,11 @@ from tri_glide_kinematics.workspace import Workspace
 # target that takes more is not followed, only run after.
 FRACTION_OF_VELOCITY = 0.98
 FRACTION_OF_ACCELERATION = 0.5
+
+# A target is caught up with until the mildest way onto it takes no more than this of the jerk, with
+# the horizon or this one: a long one would take long from where it is the mildest way [s].
+NEAR = 0.2
+NEAR_HORIZON = 0.045
 
 # What of the limits of acceleration and jerk sliders count on that could arrive where the target is
 # now: along their way there, and in each direction across. One slider may need all three.
@@ -90,9 +98,16 @@ class TargetTracking:
         """Prepare for a ``workspace`` and its machine."""
         self._workspace = workspace
         self._ruckig = RuckigPlanner(3)
+        # Whether it is being caught up with: then in the shortest time, until it is reached.
+        self._is_behind = True
 
     def step_towards(
-        self, state: SliderState, target: MovingTarget, limits: SliderLimits, period: float
+        self,
+        state: SliderState,
+        target: MovingTarget,
+        limits: SliderLimits,
+        period: float,
+        horizon: float = 0.0,
     ) -> list[SliderWay]:
         """Return the next step of each slider.
 
@@ -101,6 +116,7 @@ class TargetTracking:
             target: at the end of the step.
             limits: of the sliders.
             period: of the step [s].
+            horizon: how long the way onto the target may take [s].
 
         Raises:
             KinematicsError: if the machine has no pose at the target, a number is not finite, or
@@ -108,16 +124,31 @@ class TargetTracking:
         """
         position, velocity, acceleration, lead = target
         machine = self._workspace.machine
-        heights, rates, bends, _ = slider_line(machine, position, velocity)
+        heights, rates, bends, twists = slider_line(machine, position, velocity)
         if any(acceleration):
             _, more = machine.inverse_velocity(position, acceleration)
             bends = bends[0] + more[0], bends[1] + more[1], bends[2] + more[2]
         own = list(zip(*state))
         wanted = list(zip(heights, rates, bends))
         bounds = list(zip(limits.velocity, limits.acceleration, limits.jerk))
-        onto = [way_onto(*each, period) for each in zip(own, wanted, bounds)]
+        numbers = list(zip(own, wanted, bounds))
+        if self._is_behind:
+            self._is_behind = not all(
+                is_near(one, other, NEAR * bound[2], period, min(horizon, NEAR_HORIZON))
+                for one, other, bound in numbers
+            )
+        if not self._is_behind:
+            ways = [
+                way
+                for each, twist in zip(numbers, twists)
+                if (way := mildest_way_onto(*each, period, horizon, twist))
+            ]
+            if len(ways) == 3:
+                return ways
+        onto = [way_onto(*each, period) for each in numbers]
         ways = [way for way in onto if way]
-        if len(ways) == 3:
+        self._is_behind = len(ways) < 3
+        if not self._is_behind:
             return ways
         # It would end in a to and fro next to the edge.
         self._workspace.check_position(position)

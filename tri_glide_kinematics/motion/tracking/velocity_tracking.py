@@ -6,6 +6,8 @@ end of the step, where the platform will then be. A slider that can be so at the
 end of the step is made so; each other one goes there by the shortest change of its velocity, seen
 from a frame that has the wanted velocity and acceleration, and is cut after the step. So there is
 no lag but that of the limits, and a steady velocity is kept on a straight line.
+
+With a horizon, a slider that can be so a horizon later sets out on the mildest way there instead.
 """
 
 from __future__ import annotations
@@ -13,10 +15,12 @@ from __future__ import annotations
 from math import hypot, inf
 
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
+from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity
 from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
     SliderWay,
     cut_to,
+    mildest_way_onto_speed,
     to_zero,
     way_of,
     way_onto,
@@ -28,6 +32,7 @@ from tri_glide_kinematics.motion.tracking.straight_motion import (
     slider_line,
     wanted_motion,
 )
+from tri_glide_kinematics.motion.tracking.trend import added
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
@@ -56,6 +61,7 @@ def straight_step(
     wanted: WantedMotion,
     limits: SliderLimits,
     period: float,
+    horizon: float = 0.0,
 ) -> list[SliderWay] | None:
     """Return the next step of each slider, or None if the platform is not on the line.
 
@@ -66,6 +72,7 @@ def straight_step(
         wanted: how the platform is to move at the end of the step.
         limits: of the sliders.
         period: of the step [s].
+        horizon: how long the way to the wanted speed may take [s].
 
     Raises:
         KinematicsError: if the machine has no pose there.
@@ -97,7 +104,9 @@ def straight_step(
     slope = wanted.slope
     if not (jerk > 0.0 and most > abs(slope)):
         return None
-    way, faster, acceleration = _along_line(speed, acceleration, wanted, (inf, most, jerk), period)
+    way, faster, acceleration = _along_line(
+        speed, acceleration, wanted, (inf, most, jerk), period, horizon
+    )
     heights, rates, bends, _ = slider_line(
         machine, (x + way * ux, y + way * uy, z + way * uz), wanted.direction
     )
@@ -126,12 +135,18 @@ def _along(vector: Vector3, direction: Vector3, across: float) -> float | None:
 
 
 def _along_line(
-    speed: float, acceleration: float, wanted: WantedMotion, bounds: Bounds, period: float
+    speed: float,
+    acceleration: float,
+    wanted: WantedMotion,
+    bounds: Bounds,
+    period: float,
+    horizon: float,
 ) -> tuple[float, float, float]:
     """Return way [m], speed [m/s] and acceleration [m/s^2] at the end of the step."""
     _, most, jerk = bounds
-    onto = way_onto_speed(
-        speed, acceleration, wanted.speed, wanted.slope, (inf, most, FRACTION_AT_END * jerk), period
+    at_end = inf, most, FRACTION_AT_END * jerk
+    onto = mildest_way_onto_speed(
+        (speed, acceleration), (wanted.speed, wanted.slope), at_end, period, horizon
     )
     if onto:
         return onto.displacement, onto.velocity, onto.acceleration
@@ -164,15 +179,22 @@ class VelocityTracking:
         self._ahead = WayAhead(workspace)
 
     def step_towards(
-        self, state: SliderState, velocity: Vector3, limits: SliderLimits, period: float
+        self,
+        state: SliderState,
+        asked: WantedVelocity,
+        limits: SliderLimits,
+        period: float,
+        horizon: float = 0.0,
     ) -> list[SliderWay]:
         """Return the next step of each slider.
 
         Args:
             state: where the step begins; inside the limits.
-            velocity: of the platform, wanted at the end of the step. Shape (3,) [m/s].
+            asked: of the platform at the end of the step.
             limits: of the sliders.
             period: of the step [s].
+            horizon: how long the change to the velocity may take; a halt, and an approach to an
+                edge, is as soon as it can be [s].
 
         Raises:
             KinematicsError: if the machine has no pose there, or a number is not finite.
@@ -180,6 +202,7 @@ class VelocityTracking:
         machine = self._machine
         place = machine.forward_velocity(state.heights, state.velocities)
         rates = accelerations = AT_REST
+        velocity, acceleration = asked
         stop = hypot(*velocity) < SLOWEST_JOG
         if stop and hypot(*place[1]) > SLOWEST_JOG:
             # To a halt along the line, if there is one.
@@ -190,13 +213,18 @@ class VelocityTracking:
             wanted = wanted_motion(machine, self._ahead, end, velocity, limits)
             if stop:
                 wanted = WantedMotion(wanted.direction, 0.0, 0.0, wanted.line)
-            straight = straight_step(machine, state, place, wanted, limits, period)
+            if stop or wanted.slope:
+                horizon = 0.0
+            straight = straight_step(machine, state, place, wanted, limits, period, horizon)
             if straight:
                 return straight
             if not stop:
                 rates, accelerations = wanted.rates(), wanted.accelerations(limits)
+                if any(acceleration) and horizon > 0.0:
+                    _, turning = machine.inverse_velocity(end, acceleration)
+                    accelerations = added(accelerations, 1.0, turning)
         return [
-            _way_towards(*numbers, period)
+            _way_towards(*numbers, period, horizon)
             for numbers in zip(
                 zip(state.velocities, state.accelerations),
                 zip(rates, accelerations),
@@ -206,7 +234,11 @@ class VelocityTracking:
 
 
 def _way_towards(
-    own: tuple[float, float], wanted: tuple[float, float], bounds: Bounds, period: float
+    own: tuple[float, float],
+    wanted: tuple[float, float],
+    bounds: Bounds,
+    period: float,
+    horizon: float,
 ) -> SliderWay:
     """Return the next step of one slider.
 
@@ -215,11 +247,12 @@ def _way_towards(
         wanted: the same at the end.
         bounds: of the slider.
         period: of the step [s].
+        horizon: how long the change may take [s].
     """
     velocity, acceleration = own
     rate, bend = wanted
     _, most, jerk = bounds
-    way = way_onto_speed(velocity, acceleration, rate, bend, bounds, period)
+    way = mildest_way_onto_speed(own, wanted, bounds, period, horizon)
     if way:
         return way
     before = rate - period * bend

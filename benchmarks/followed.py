@@ -1,0 +1,204 @@
+"""How calm what is followed is: targets on circles, with noise, and twists that turn; and how near.
+
+Whole turns, from a second after the start. The ideal is the motion that is asked for, driven by
+inverse kinematics. "Fast" is what is above 100 Hz, and above 90 Hz where messages come at 100 Hz.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.judge import LIMITS
+from testing.jerk_on_paths import COUNTS, FAST, PERIOD
+from tri_glide_kinematics.motion import MotionEngine
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+WORKSPACE = Workspace(MACHINE, WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0))
+HEIGHT, START, SEED = 0.3, (0.0, -0.05, 0.3), 3
+CAUGHT_UP = 1.0  # s until what follows is looked at
+SPEED = 0.1  # m/s of twists
+NEAR = 2.5e-5  # m from a target that is caught
+CALMEST = 90.0 / FAST
+
+HEAD = (
+    "followed at 1 kHz",
+    "jerk over ideal",
+    "acceleration above 100 Hz, mm/s^2",
+    "sign changes a second",
+    "error or lag",
+)
+Motion = Callable[[float], tuple[Vector3, Vector3]]
+
+
+class Calm(NamedTuple):
+    """What is told of one motion that follows another.
+
+    Attributes:
+        jerk: RMS of all sliders over that of the ideal motion.
+        fast: RMS of their accelerations above 100 Hz [m/s^2].
+        turns: sign changes of the jerk a second, of the slider that has the most.
+        behind: largest error behind a target [m], or mean lag behind a twist [s].
+    """
+
+    jerk: float
+    fast: float
+    turns: float
+    behind: float
+
+
+def on_circle(radius: float, turns: float) -> Motion:
+    """Return place and velocity on a level circle of a ``radius`` [m] at so many turns a second."""
+
+    def motion(time: float) -> tuple[Vector3, Vector3]:
+        rate = math.tau * turns
+        x, y = radius * math.cos(rate * time), radius * math.sin(rate * time)
+        return (x, y, HEIGHT), (-rate * y, rate * x, 0.0)
+
+    return motion
+
+
+def calm_of(heights: FloatArray, ideal: FloatArray, told: float, behind: float) -> Calm:
+    """Return what is told of ``heights`` that follow ``ideal`` ones. Shapes (n, 3) [m]."""
+    jerks, wanted = (np.diff(each, 3, axis=0) / PERIOD**3 for each in (heights, ideal))
+    accelerations = np.diff(heights, 2, axis=0) / PERIOD**2
+    # A window, as what is cut out of a motion does not begin as it ends.
+    window = np.hanning(len(accelerations))[:, np.newaxis]
+    spectrum = np.abs(np.fft.rfft((accelerations - accelerations.mean(axis=0)) * window, axis=0))
+    slowest = FAST * (CALMEST if abs(told - 0.01) < 1e-6 else 1.0)
+    power = 2.0 * np.square(spectrum[np.fft.rfftfreq(len(window), PERIOD) > slowest]).sum()
+    fast = math.sqrt(power / len(window) / np.square(window).sum() / 3.0)
+    turns = max(
+        np.count_nonzero(np.diff(np.sign(jerk[np.abs(jerk) > COUNTS * limit])))
+        for jerk, limit in zip(jerks.T, LIMITS.jerk)
+    )
+    ratio = math.sqrt(np.square(jerks).mean() / np.square(wanted).mean())
+    return Calm(ratio, fast, turns / (PERIOD * len(jerks)), behind)
+
+
+def started(place: Vector3 = START, horizon: float | None = None) -> MotionEngine:
+    """Return an engine at rest at a ``place`` [m], with a ``horizon`` [s] or as by default."""
+    engine = MotionEngine(WORKSPACE, LIMITS)
+    engine.start(MACHINE.inverse(place))
+    if horizon is not None:
+        engine.set_follow_horizon(horizon)
+    return engine
+
+
+def followed(
+    motion: Motion,
+    duration: float,
+    told: float,
+    noise: float = 0.0,
+    horizon: float | None = None,
+) -> Calm:
+    """Return how a target is followed that is ``told`` each so many seconds with ``noise`` [m]."""
+    engine, rng = started(horizon=horizon), np.random.default_rng(SEED)
+    heights, ideal, errors, tellings = [], [], [], 0
+    for cycle in range(round((CAUGHT_UP + duration) / PERIOD)):
+        if cycle * PERIOD >= tellings * told - 1e-9:
+            position, velocity = motion(cycle * PERIOD)
+            engine.track((position + noise * rng.normal(size=3)).tolist(), velocity)
+            tellings += 1
+        heights.append(engine.step(PERIOD).heights)
+        place, _ = motion((cycle + 1) * PERIOD)
+        ideal.append(MACHINE.inverse(place))
+        errors.append(math.dist(MACHINE.forward(heights[-1]), place))
+    first = round(CAUGHT_UP / PERIOD)
+    return calm_of(np.array(heights[first:]), np.array(ideal[first:]), told, max(errors[first:]))
+
+
+def jogged(
+    turns: float,
+    told: float = 0.01,
+    steps: int = 0,
+    horizon: float | None = None,
+) -> Calm:
+    """Return how a twist is followed that turns, in so many ``steps`` of a stick or without."""
+    engine, radius = started(horizon=horizon), SPEED / (math.tau * turns)
+    motion = on_circle(radius, turns)
+    heights, ideal, lags, tellings = [], [], [], 0
+    for cycle in range(round((CAUGHT_UP + 1.0 / turns) / PERIOD)):
+        if cycle * PERIOD >= tellings * told - 1e-9:
+            twist = np.array(motion(cycle * PERIOD)[1])
+            if steps:
+                twist = SPEED / steps * np.round(twist * steps / SPEED)
+            engine.jog(twist.tolist())
+            tellings += 1
+        state = engine.step(PERIOD)
+        heights.append(state.heights)
+        place, (wx, wy, _) = motion((cycle + 1) * PERIOD)
+        ideal.append(MACHINE.inverse(place))
+        _, (vx, vy, _) = MACHINE.forward_velocity(state.heights, state.velocities)
+        lags.append(math.atan2(vx * wy - vy * wx, vx * wx + vy * wy) / (math.tau * turns))
+    first = round(CAUGHT_UP / PERIOD)
+    lag = float(np.mean(lags[first:]))
+    return calm_of(np.array(heights[first:]), np.array(ideal[first:]), told, lag)
+
+
+def straight_error(speed: float = 0.3, horizon: float | None = None) -> float:
+    """Return the largest error behind a target on a line once it is caught [m]."""
+    engine, errors = started((0.0, 0.0, 0.3), horizon), []
+    for cycle in range(round(0.95 / PERIOD)):
+        if cycle % 10 == 0:
+            engine.track((-0.15 + speed * cycle * PERIOD, 0.02, 0.3), (speed, 0.0, 0.0))
+        place = MACHINE.forward(engine.step(PERIOD).heights)
+        errors.append(math.dist(place, (-0.15 + speed * (cycle + 1) * PERIOD, 0.02, 0.3)))
+    return max(errors[round(0.5 / PERIOD) :])
+
+
+def time_to_catch(speed: float, horizon: float | None = None) -> float:
+    """Return how long a platform at rest needs to a target 0.1 m away that goes aside [s]."""
+    engine, last = started((0.0, -0.05, 0.3), horizon), 0.0
+    for cycle in range(round(1.5 / PERIOD)):
+        x = -0.06 + speed * cycle * PERIOD
+        if cycle % 10 == 0:
+            engine.track((x, 0.03, 0.3), (speed, 0.0, 0.0))
+        place = MACHINE.forward(engine.step(PERIOD).heights)
+        if math.dist(place, (x + speed * PERIOD, 0.03, 0.3)) > NEAR:
+            last = (cycle + 1) * PERIOD
+    return last
+
+
+def rows(horizon: float | None = None) -> Iterator[tuple[str, ...]]:
+    """Yield the table, with a ``horizon`` [s] or as by default."""
+    for radius, turns, told, noise in (
+        (0.02, 1.0, 0.01, 0.0),
+        (0.03, 0.5, 0.01, 0.0),
+        (0.02, 1.0, 1.0 / 30.0, 0.0),
+        (0.03, 0.5, 1.0 / 30.0, 0.0),
+        (0.02, 1.0, 0.01, 1e-5),
+        (0.02, 1.0, 0.01, 1e-4),
+    ):
+        found = followed(on_circle(radius, turns), 2.0 / turns, told, noise, horizon)
+        name = f"circle of {1e3 * radius:g} mm, {turns:g}/s, told at {1.0 / told:.0f} Hz"
+        if noise:
+            name += f", {1e3 * noise:g} mm of noise"
+        yield _row(name, found, f"{1e6 * found.behind:.1f} um")
+    for turns, told, steps in (
+        (0.25, 0.01, 0),
+        (0.5, 0.01, 0),
+        (1.0, 0.01, 0),
+        (1.0, 1.0 / 30.0, 0),
+        (0.25, 0.01, 127),
+    ):
+        found = jogged(turns, told, steps, horizon)
+        name = f"twist that turns {turns:g}/s, told at {1.0 / told:.0f} Hz"
+        yield _row(
+            name + f", steps of 1/{steps}" * bool(steps), found, f"{1e3 * found.behind:.2f} ms"
+        )
+    yield "line, 0.3 m/s", "", "", "", f"{1e6 * straight_error(horizon=horizon):.2f} um"
+    for speed in (0.0, 0.05, 0.1):
+        caught = time_to_catch(speed, horizon)
+        yield f"caught from rest 0.1 m away, at {speed:g} m/s", "", "", "", f"{1e3 * caught:.0f} ms"
+
+
+def _row(name: str, found: Calm, behind: str) -> tuple[str, ...]:
+    figures = f"{found.jerk:.2f}", f"{1e3 * found.fast:.2f}", f"{found.turns:.0f}"
+    return (name, *figures, behind)

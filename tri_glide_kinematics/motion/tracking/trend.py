@@ -1,0 +1,164 @@
+r"""A vector that is told now and then: what it is, how it changes, and what of that is noise.
+
+Of a velocity without noise each report is taken as it is, and the last three of them tell the rate
+at which it changes, and the rate of that. Noise shows in what a report is off the foreseen: it goes
+to and fro, where a real change stays on one side. So the mean of these errors over the mean of
+their sizes is near 1 or well below (Trigg and Leach). As it gets less, more of what is known is
+kept: with a fading memory $\theta$ the value takes $1 - \theta^3$ of an error $e$, the rate
+$\tfrac32 (1 - \theta)^2 (1 + \theta)$ of $e/T$, its rate $(1 - \theta)^3$ of $e/T^2$ (Morrison).
+So none of them is late while the change goes on. An error that is much larger than those before is
+no noise but something new: the report is taken as it is.
+"""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import NamedTuple
+
+from tri_glide_kinematics.vectors import Vector3
+
+ZERO: Vector3 = (0.0, 0.0, 0.0)
+
+# What an error counts in the means.
+NEWEST = 0.2
+
+# The longest memory, and that of what a hand makes. Errors are noise where the size of their mean
+# is no more than this part of the mean of their sizes, and none where it is more than that: it is
+# 0.36 for white noise, and 0.73 on a circle that is told thirty times in a turn.
+LONGEST_MEMORY, MEMORY_OF_HANDS = 0.8, 0.6
+NOISE, NO_NOISE = 0.4, 0.7
+
+# An error that is so much larger than the mean is something new, unless the one before was, too.
+SURPRISE = 4.0
+
+# A rate is led as far as what it changes from one report to the next stands out of the noise: not
+# at all at this many times the mean error, and wholly at twice that: with a long memory it is far
+# less wrong than one error.
+STANDS_OUT = 0.5
+
+# Changes of the slope that make more than this in an interval are no noise, but a quick motion of
+# which there are few reports [m/s].
+LARGEST_NOISE = 0.02
+
+# Reports that are farther apart say at which rate a vector changes, and no more; of what a hand
+# makes not even that [s].
+LONGEST_BEND = 0.04
+
+
+class Noise:
+    """What some vectors are like that should be small, of late.
+
+    Attributes:
+        size: mean of their sizes.
+    """
+
+    def __init__(self) -> None:
+        """Begin without any."""
+        self.size = 0.0
+        self._mean = ZERO
+        self._was_surprised = False
+
+    def surprises(self, vector: Vector3) -> bool:
+        """Return whether a ``vector`` is something new; else take it in."""
+        is_large = hypot(*vector) > SURPRISE * self.size
+        self._was_surprised = is_large and not self._was_surprised
+        if not self._was_surprised:
+            self.take(vector)
+        return self._was_surprised
+
+    def take(self, vector: Vector3) -> None:
+        """Take in a ``vector``."""
+        self._mean = added(self._mean, NEWEST, added(vector, -1.0, self._mean))
+        self.size += NEWEST * (hypot(*vector) - self.size)
+
+    def memory(self, longest: float = LONGEST_MEMORY) -> float:
+        """Return what part of what is known to keep: the more, the less they stay on one side."""
+        if not self.size > 0.0:
+            return 0.0
+        apart = (NO_NOISE - hypot(*self._mean) / self.size) / (NO_NOISE - NOISE)
+        return longest * min(max(apart, 0.0), 1.0)
+
+
+class Course(NamedTuple):
+    """A vector at one instant, and how it goes on.
+
+    Attributes:
+        value: Shape (3,).
+        rate: of the value. Shape (3,) [1/s].
+        bend: rate of that. Shape (3,) [1/s^2].
+    """
+
+    value: Vector3
+    rate: Vector3 = ZERO
+    bend: Vector3 = ZERO
+
+    def after(self, time: float) -> Course:
+        """Return the vector some ``time`` later [s]."""
+        value, rate, bend = self
+        middle = added(rate, 0.5 * time, bend)
+        return Course(added(value, time, middle), added(rate, time, bend), bend)
+
+
+class Trend:
+    """A vector as it was told last, and how it goes on.
+
+    Attributes:
+        now: as of the last report.
+    """
+
+    def __init__(self, value: Vector3, *, by_hand: bool = False) -> None:
+        """Begin with a first report.
+
+        Args:
+            value: as it is told first. Shape (3,).
+            by_hand: whether a hand makes it, in steps: then no more than a rate is known of it, and
+                something new has none.
+        """
+        self._by_hand = by_hand
+        self._errors, self._bends = Noise(), Noise()
+        self.restart(value)
+
+    def restart(self, value: Vector3, rate: Vector3 = ZERO) -> None:
+        """Go on from a ``value`` with no more than a ``rate``; what noise is like stays known."""
+        self.now = Course(value, rate)
+        self._told = value
+        self._slope: Vector3 | None = None
+        self._is_new = True
+
+    def report(self, value: Vector3, interval: float) -> None:
+        """Take the next report, a ``value`` told an ``interval`` after the last one [s]."""
+        foreseen = self.now.after(interval)
+        error = added(value, -1.0, foreseen.value)
+        slope = added(ZERO, 1.0 / interval, added(value, -1.0, self._told))
+        if self._errors.surprises(error) or interval > LONGEST_BEND:
+            self.restart(value, ZERO if self._by_hand else slope)
+            return
+        if self._slope is not None:
+            # Of what is told itself, as the errors depend on what was kept.
+            self._bends.take(added(slope, -1.0, self._slope))
+        self._told, self._slope = value, slope
+        memory = self._bends.memory(MEMORY_OF_HANDS if self._by_hand else LONGEST_MEMORY)
+        memory *= max(1.0 - interval * self._bends.size / LARGEST_NOISE, 0.0)
+        new = 1.0 - memory
+        if self._is_new or self._by_hand:
+            takes = 1.0 - memory * memory, new * new, 0.0
+        else:
+            takes = 1.0 - memory**3, 1.5 * new * new * (1.0 + memory), new**3
+        self.now = Course(
+            added(foreseen.value, takes[0], error),
+            added(foreseen.rate, takes[1] / interval, error),
+            added(foreseen.bend, takes[2] / (interval * interval), error),
+        )
+        self._is_new = False
+
+    def stands_out(self, interval: float) -> float:
+        """Return how much of the rate stands out of the noise, from 0 to 1, over an interval."""
+        noise = STANDS_OUT * self._errors.size
+        change = interval * hypot(*self.now.rate)
+        return min(max(change / noise - 1.0, 0.0), 1.0) if noise > 0.0 else 1.0
+
+
+def added(vector: Vector3, factor: float, other: Vector3) -> Vector3:
+    """Return the sum of a ``vector`` and ``factor`` times another one. Shape (3,)."""
+    (x, y, z), (u, v, w) = vector, other
+    return x + factor * u, y + factor * v, z + factor * w
