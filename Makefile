@@ -6,8 +6,8 @@ SHELL := /bin/bash
 
 IN_ENV := source ./env.sh &&
 
-# Tests that start nodes, at the same time: with three, nodes miss their cycles on two cores.
-NODE_TESTS ?= 2
+# Tests that start nodes, at the same time: they wait for two thirds of their time.
+NODE_TESTS ?= 3
 
 # Each core has tests of its own: threads within one test would only take them turns.
 test test-no-nodes test-properties soak coverage: export OPENBLAS_NUM_THREADS := 1
