@@ -216,7 +216,8 @@ def test_a_target_that_leaves_the_workspace_is_waited_for(in_pieces):
         if step == 1000:
             assert moving.tracking_distance > 0.05
             assert moving.state.velocities == pytest.approx(AT_REST, abs=1e-9)
-    assert moving.tracking_distance < 1e-6
+    # Its velocity still changes: the mildest way is micrometres off.
+    assert moving.tracking_distance < 5e-6
     assert within(heights_of(states))
 
 
