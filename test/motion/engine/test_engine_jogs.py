@@ -184,3 +184,17 @@ def test_stop_outside_the_workspace_is_as_soon_over_as_inside(kind):
     heights = np.concatenate(rows)
     assert within(heights)
     assert MACHINE.forward_batch(heights)[:, 1].max() <= 0.16 + 1e-9
+
+
+@pytest.mark.parametrize("horizon", [0.0, 0.045, 0.1])
+def test_a_jog_that_turns_is_as_fast_as_it_is_told(horizon):
+    moving = engine(heights=MACHINE.inverse((0.0, 0.0, 0.3)))
+    moving.set_follow_horizon(horizon)
+    speeds = []
+    for step in range(1000):
+        if step % 10 == 0:
+            angle = 4.0 * np.pi * step * DT
+            moving.jog((0.1 * np.cos(angle), 0.1 * np.sin(angle), 0.0))
+        moving.step(DT)
+        speeds.append(float(np.linalg.norm(platform_velocity(moving))))
+    assert speeds[500:] == pytest.approx([0.1] * 500, rel=0.01)

@@ -380,7 +380,8 @@ class MotionEngine:
             NotFiniteError: if it is NaN or infinite.
             OutOfBoundsError: if it is less than 0 or more than ``LONGEST_HORIZON``.
         """
-        if non_negative("follow_horizon", horizon, "s") > LONGEST_HORIZON:
+        horizon = non_negative("follow_horizon", horizon, "s")
+        if horizon > LONGEST_HORIZON:
             raise OutOfBoundsError("follow_horizon", horizon, f"at most {LONGEST_HORIZON:g}", "s")
         self._execution.tracking.tracker.follower.horizon = horizon
 

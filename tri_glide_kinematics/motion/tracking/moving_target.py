@@ -13,6 +13,7 @@ from tri_glide_kinematics.motion.tracking.trend import (
     Noise,
     Trend,
     added,
+    bend_of_turn,
 )
 from tri_glide_kinematics.vectors import Vector3
 
@@ -203,8 +204,12 @@ class ToldVelocity:
         if not (past <= self._lasts and change > 0.0):
             return WantedVelocity(self._value)
         most = LARGEST_LED * hypot(*self._value) / change
-        rate = added(ZERO, min(self._trend.stands_out(self._lasts / LASTS), most), rate)
-        return WantedVelocity(added(self._value, past, rate), rate)
+        interval = self._lasts / LASTS
+        rate = added(ZERO, min(self._trend.stands_out(interval), most), rate)
+        # It turns: a straight lead would make it faster. The rate is that of half an interval ago.
+        bend = bend_of_turn(self._value, rate)
+        led = Course(self._value, added(rate, 0.5 * interval, bend), bend).after(past)
+        return WantedVelocity(led.value, led.rate)
 
 
 def _lead(first: MovingTarget, second: MovingTarget) -> float:

@@ -260,6 +260,7 @@ def mildest_way_onto_speed(
     bounds: Bounds,
     period: float,
     horizon: float,
+    twist: float = 0.0,
 ) -> SliderWay | None:
     """Return the first step of the mildest way to a velocity, as ``mildest_way_onto`` does.
 
@@ -269,16 +270,18 @@ def mildest_way_onto_speed(
         bounds: of the slider; the velocity is not looked at.
         period: of the step [s].
         horizon: after which it is to be so [s].
+        twist: jerk of what is wanted [m/s^3].
     """
     velocity, acceleration = own
     rate, bend = wanted
     onto = way_onto_speed(velocity, acceleration, rate, bend, bounds, period)
     if horizon < FEWEST_STEPS * period or (onto and is_hardly_a_jerk(onto, bounds[2])):
         return onto
-    v, a = velocity - rate + period * bend, horizon * (acceleration - bend)
-    part = period / horizon
+    turn = period * twist
+    v = velocity - rate + period * (bend - 0.5 * turn)
+    a, part = horizon * (acceleration - bend + turn), period / horizon
     mean = (part * (6.0 * v + 3.0 * a) - (6.0 * v + 4.0 * a)) / (horizon * horizon)
-    return _steady(velocity, acceleration, mean, bounds, period)
+    return _steady(velocity, acceleration, mean + twist, bounds, period)
 
 
 def _steady(

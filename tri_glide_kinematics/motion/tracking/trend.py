@@ -158,6 +158,17 @@ class Trend:
         return min(max(change / noise - 1.0, 0.0), 1.0) if noise > 0.0 else 1.0
 
 
+def bend_of_turn(value: Vector3, rate: Vector3) -> Vector3:
+    """Return how the ``rate`` of a vector changes that turns and has this ``value``. Shape (3,)."""
+    (x, y, z), (u, v, w) = value, rate
+    squared = x * x + y * y + z * z
+    if not squared > 0.0:
+        return ZERO
+    along = (x * u + y * v + z * w) / squared
+    across = added(rate, -along, value)
+    return added(ZERO, -(hypot(*across) ** 2) / squared, value)
+
+
 def added(vector: Vector3, factor: float, other: Vector3) -> Vector3:
     """Return the sum of a ``vector`` and ``factor`` times another one. Shape (3,)."""
     (x, y, z), (u, v, w) = vector, other

@@ -32,7 +32,7 @@ from tri_glide_kinematics.motion.tracking.straight_motion import (
     slider_line,
     wanted_motion,
 )
-from tri_glide_kinematics.motion.tracking.trend import added
+from tri_glide_kinematics.motion.tracking.trend import added, bend_of_turn
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
@@ -201,7 +201,7 @@ class VelocityTracking:
         """
         machine = self._machine
         place = machine.forward_velocity(state.heights, state.velocities)
-        rates = accelerations = AT_REST
+        rates = accelerations = twists = AT_REST
         velocity, acceleration = asked
         stop = hypot(*velocity) < SLOWEST_JOG
         if stop and hypot(*place[1]) > SLOWEST_JOG:
@@ -223,12 +223,14 @@ class VelocityTracking:
                 if any(acceleration) and horizon > 0.0:
                     _, turning = machine.inverse_velocity(end, acceleration)
                     accelerations = added(accelerations, 1.0, turning)
+                    _, twists = machine.inverse_velocity(end, bend_of_turn(velocity, acceleration))
         return [
             _way_towards(*numbers, period, horizon)
             for numbers in zip(
                 zip(state.velocities, state.accelerations),
                 zip(rates, accelerations),
                 zip(limits.velocity, limits.acceleration, limits.jerk),
+                twists,
             )
         ]
 
@@ -237,6 +239,7 @@ def _way_towards(
     own: tuple[float, float],
     wanted: tuple[float, float],
     bounds: Bounds,
+    twist: float,
     period: float,
     horizon: float,
 ) -> SliderWay:
@@ -246,13 +249,14 @@ def _way_towards(
         own: velocity [m/s] and acceleration [m/s^2] at the start.
         wanted: the same at the end.
         bounds: of the slider.
+        twist: jerk that is wanted [m/s^3].
         period: of the step [s].
         horizon: how long the change may take [s].
     """
     velocity, acceleration = own
     rate, bend = wanted
     _, most, jerk = bounds
-    way = mildest_way_onto_speed(own, wanted, bounds, period, horizon)
+    way = mildest_way_onto_speed(own, wanted, bounds, period, horizon, twist)
     if way:
         return way
     before = rate - period * bend
