@@ -12,10 +12,9 @@ from tri_glide_kinematics.motion.tracking.trend import (
     Course,
     Noise,
     Trend,
-    added,
     bend_of_turn,
 )
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, combined, minus, scaled
 
 
 class WantedVelocity(NamedTuple):
@@ -119,9 +118,9 @@ class TargetMotion:
             before = self._velocity.now
             self._velocity.report(target.velocity, interval)
             now = self._velocity.now
-            both, bent = added(before.value, 1.0, now.value), added(before.rate, -1.0, now.rate)
-            beside = added(target.position, -1.0, added(self._start, 0.5 * interval, both))
-            error = added(beside, -interval * interval / 12.0, bent)
+            both, bent = combined(1.0, before.value, 1.0, now.value), minus(before.rate, now.rate)
+            beside = minus(target.position, combined(1.0, self._start, 0.5 * interval, both))
+            error = combined(1.0, beside, -interval * interval / 12.0, bent)
             kept = 0.0 if self._errors.surprises(error) else self._errors.memory()
             way = 0.5 * interval * (hypot(*told.velocity) + hypot(*target.velocity))
             # Where an acceleration changes so much, there is no saying how it goes on, either.
@@ -129,7 +128,7 @@ class TargetMotion:
             if not (jumped or hypot(*now.rate) > LARGEST_ACCELERATION):
                 late = interval > LONGEST_BEND
                 self._lasts = (1.0 if late else LASTS) * interval + min(max(age, 0.0), LONGEST_BEND)
-                self._start = self._position = added(target.position, -kept, error)
+                self._start = self._position = combined(1.0, target.position, -kept, error)
                 self._course = now
                 return
         self._start = self._position = target.position
@@ -152,11 +151,11 @@ class TargetMotion:
         changing = min(past, lasts)
         value, rate, bend = self._course
         velocity, acceleration, _ = self._course.after(changing)
-        place = added(self._position, changing, value)
-        place = added(place, 0.5 * changing * changing, rate)
-        place = added(place, changing**3 / 6.0, bend)
+        place = combined(1.0, self._position, changing, value)
+        place = combined(1.0, place, 0.5 * changing * changing, rate)
+        place = combined(1.0, place, changing**3 / 6.0, bend)
         if past > lasts:
-            place, acceleration = added(place, past - lasts, velocity), ZERO
+            place, acceleration = combined(1.0, place, past - lasts, velocity), ZERO
         return MovingTarget(place, velocity, acceleration, self._told.lead)
 
 
@@ -205,10 +204,10 @@ class ToldVelocity:
             return WantedVelocity(self._value)
         most = LARGEST_LED * hypot(*self._value) / change
         interval = self._lasts / LASTS
-        rate = added(ZERO, min(self._trend.stands_out(interval), most), rate)
+        rate = scaled(rate, min(self._trend.stands_out(interval), most))
         # It turns: a straight lead would make it faster. The rate is that of half an interval ago.
         bend = bend_of_turn(self._value, rate)
-        led = Course(self._value, added(rate, 0.5 * interval, bend), bend).after(past)
+        led = Course(self._value, combined(1.0, rate, 0.5 * interval, bend), bend).after(past)
         return WantedVelocity(led.value, led.rate)
 
 

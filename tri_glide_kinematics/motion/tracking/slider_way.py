@@ -217,12 +217,7 @@ def mildest_way_onto(
     """
     if horizon < FEWEST_STEPS * period:
         return way_onto(own, wanted, bounds, period)
-    height, velocity, acceleration = own
-    place, rate, bend = wanted
-    turn = period * twist
-    a = acceleration - bend + turn
-    v = velocity - rate + period * (bend - 0.5 * turn)
-    x = height - place + period * (rate - 0.5 * period * (bend - turn / 3.0))
+    x, v, a = _seen_from(wanted, own, period, twist)
     v, a, part = horizon * v, horizon * horizon * a, period / horizon
     mean = (
         -(60.0 * x + 36.0 * v + 9.0 * a)
@@ -233,7 +228,7 @@ def mildest_way_onto(
         onto = way_onto(own, wanted, bounds, period)
         if onto and is_hardly_a_jerk(onto, bounds[2]):
             return onto
-    return _steady(velocity, acceleration, mean + twist, bounds, period)
+    return _steady(own[1], own[2], mean + twist, bounds, period)
 
 
 def is_near(own: Setpoint, wanted: Setpoint, jerk: float, period: float, horizon: float) -> bool:
@@ -246,11 +241,8 @@ def is_near(own: Setpoint, wanted: Setpoint, jerk: float, period: float, horizon
         period: of the step [s].
         horizon: after which it is to be there [s].
     """
-    height, velocity, acceleration = own
-    place, rate, bend = wanted
-    a = horizon * horizon * abs(acceleration - bend)
-    v = horizon * abs(velocity - rate + period * bend)
-    x = abs(height - place + period * (rate - 0.5 * period * bend))
+    x, v, a = map(abs, _seen_from(wanted, own, period))
+    v, a = horizon * v, horizon * horizon * a
     return 60.0 * x + 36.0 * v + 9.0 * a <= horizon * horizon * horizon * jerk
 
 
@@ -277,11 +269,24 @@ def mildest_way_onto_speed(
     onto = way_onto_speed(velocity, acceleration, rate, bend, bounds, period)
     if horizon < FEWEST_STEPS * period or (onto and is_hardly_a_jerk(onto, bounds[2])):
         return onto
-    turn = period * twist
-    v = velocity - rate + period * (bend - 0.5 * turn)
-    a, part = horizon * (acceleration - bend + turn), period / horizon
+    _, v, a = _seen_from((0.0, rate, bend), (0.0, velocity, acceleration), period, twist)
+    a, part = horizon * a, period / horizon
     mean = (part * (6.0 * v + 3.0 * a) - (6.0 * v + 4.0 * a)) / (horizon * horizon)
     return _steady(velocity, acceleration, mean + twist, bounds, period)
+
+
+def _seen_from(
+    wanted: Setpoint, own: Setpoint, period: float, twist: float = 0.0
+) -> tuple[float, float, float]:
+    """Return ``own`` at the start of a step as seen from what is ``wanted`` at its end."""
+    height, velocity, acceleration = own
+    place, rate, bend = wanted
+    turn = period * twist
+    return (
+        height - place + period * (rate - 0.5 * period * (bend - turn / 3.0)),
+        velocity - rate + period * (bend - 0.5 * turn),
+        acceleration - bend + turn,
+    )
 
 
 def _steady(

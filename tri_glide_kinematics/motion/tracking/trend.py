@@ -15,7 +15,7 @@ from __future__ import annotations
 from math import hypot
 from typing import NamedTuple
 
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, combined, dot, minus, scaled
 
 ZERO: Vector3 = (0.0, 0.0, 0.0)
 
@@ -68,7 +68,7 @@ class Noise:
 
     def take(self, vector: Vector3) -> None:
         """Take in a ``vector``."""
-        self._mean = added(self._mean, NEWEST, added(vector, -1.0, self._mean))
+        self._mean = combined(1.0, self._mean, NEWEST, minus(vector, self._mean))
         self.size += NEWEST * (hypot(*vector) - self.size)
 
     def memory(self, longest: float = LONGEST_MEMORY) -> float:
@@ -95,8 +95,8 @@ class Course(NamedTuple):
     def after(self, time: float) -> Course:
         """Return the vector some ``time`` later [s]."""
         value, rate, bend = self
-        middle = added(rate, 0.5 * time, bend)
-        return Course(added(value, time, middle), added(rate, time, bend), bend)
+        middle = combined(1.0, rate, 0.5 * time, bend)
+        return Course(combined(1.0, value, time, middle), combined(1.0, rate, time, bend), bend)
 
 
 class Trend:
@@ -128,14 +128,14 @@ class Trend:
     def report(self, value: Vector3, interval: float) -> None:
         """Take the next report, a ``value`` told an ``interval`` after the last one [s]."""
         foreseen = self.now.after(interval)
-        error = added(value, -1.0, foreseen.value)
-        slope = added(ZERO, 1.0 / interval, added(value, -1.0, self._told))
+        error = minus(value, foreseen.value)
+        slope = scaled(minus(value, self._told), 1.0 / interval)
         if self._errors.surprises(error) or interval > LONGEST_BEND:
             self.restart(value, ZERO if self._by_hand else slope)
             return
         if self._slope is not None:
             # Of what is told itself, as the errors depend on what was kept.
-            self._bends.take(added(slope, -1.0, self._slope))
+            self._bends.take(minus(slope, self._slope))
         self._told, self._slope = value, slope
         memory = self._bends.memory(MEMORY_OF_HANDS if self._by_hand else LONGEST_MEMORY)
         memory *= max(1.0 - interval * self._bends.size / LARGEST_NOISE, 0.0)
@@ -145,9 +145,9 @@ class Trend:
         else:
             takes = 1.0 - memory**3, 1.5 * new * new * (1.0 + memory), new**3
         self.now = Course(
-            added(foreseen.value, takes[0], error),
-            added(foreseen.rate, takes[1] / interval, error),
-            added(foreseen.bend, takes[2] / (interval * interval), error),
+            combined(1.0, foreseen.value, takes[0], error),
+            combined(1.0, foreseen.rate, takes[1] / interval, error),
+            combined(1.0, foreseen.bend, takes[2] / (interval * interval), error),
         )
         self._is_new = False
 
@@ -160,16 +160,8 @@ class Trend:
 
 def bend_of_turn(value: Vector3, rate: Vector3) -> Vector3:
     """Return how the ``rate`` of a vector changes that turns and has this ``value``. Shape (3,)."""
-    (x, y, z), (u, v, w) = value, rate
-    squared = x * x + y * y + z * z
+    squared = dot(value, value)
     if not squared > 0.0:
         return ZERO
-    along = (x * u + y * v + z * w) / squared
-    across = added(rate, -along, value)
-    return added(ZERO, -(hypot(*across) ** 2) / squared, value)
-
-
-def added(vector: Vector3, factor: float, other: Vector3) -> Vector3:
-    """Return the sum of a ``vector`` and ``factor`` times another one. Shape (3,)."""
-    (x, y, z), (u, v, w) = vector, other
-    return x + factor * u, y + factor * v, z + factor * w
+    across = combined(1.0, rate, -dot(value, rate) / squared, value)
+    return scaled(value, -(hypot(*across) ** 2) / squared)
