@@ -23,6 +23,7 @@ from tri_glide_kinematics.sizing import (
     Objective,
     Sizing,
     Wish,
+    heights_of,
     size,
     some_places,
 )
@@ -48,7 +49,7 @@ def random_places(wish: Wish, rng: np.random.Generator, count: int = PLACES) -> 
     inside = edge[rng.integers(len(edge), size=count)] - center
     level = center + (1.0 - INSIDE) * np.concatenate((edge - center, inside))
     level[len(edge) :] = center + rng.random((count, 1)) ** 0.5 * inside
-    low, high = _ends(wish)
+    low, high = heights_of(wish.volume)
     part = rng.choice((INSIDE, 0.5, 1.0 - INSIDE), len(level))
     return np.column_stack((level, low + part * (high - low)))
 
@@ -117,13 +118,6 @@ def _is_inside(wish: Wish, place: FloatArray) -> bool:
         return bool((place >= volume.lower).all() and (place <= volume.upper).all())
     away = np.hypot(place[0] - volume.center_x, place[1] - volume.center_y)
     return bool(away <= volume.radius)
-
-
-def _ends(wish: Wish) -> tuple[float, float]:
-    volume = wish.volume
-    if isinstance(volume, Box):
-        return volume.lower[2], volume.upper[2]
-    return volume.z_min, volume.z_max
 
 
 def main() -> int:

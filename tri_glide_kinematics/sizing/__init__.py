@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.sizing.wish import Objective as Objective
     from tri_glide_kinematics.sizing.wish import Volume as Volume
     from tri_glide_kinematics.sizing.wish import Wish as Wish
+    from tri_glide_kinematics.sizing.wish import heights_of as heights_of
     from tri_glide_kinematics.sizing.wish import some_places as some_places
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
