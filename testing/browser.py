@@ -54,7 +54,7 @@ FRAME_PAUSE = 300
 FEWER_FRAMES = f"""
 const next = window.requestAnimationFrame.bind(window), drawn = new WeakSet();
 window.requestAnimationFrame = (draw) => {{
-  const pause = drawn.has(draw) ? {FRAME_PAUSE} * devicePixelRatio : 0;
+  const pause = drawn.has(draw) ? {FRAME_PAUSE} : 0;
   drawn.add(draw);
   return setTimeout(() => next(draw), pause);
 }};
