@@ -144,9 +144,9 @@ def test_however_a_target_moves_the_limits_hold(machine, shaper, in_pieces):
 
 
 def test_they_would_not_without_the_proof(monkeypatch):
-    assert within(random_run(UNEQUAL, SHAPER, 9, False, 900))
+    assert within(random_run(UNEQUAL, SHAPER, 13, False, 900))
     monkeypatch.setattr(LimitBounds, "keeps_limits", True)
-    assert limit_use(random_run(UNEQUAL, SHAPER, 9, False, 900)).largest[2] > 1.01
+    assert limit_use(random_run(UNEQUAL, SHAPER, 13, False, 900)).largest[2] > 1.01
 
 
 @each_mode

@@ -201,6 +201,29 @@ def test_two_reports_tell_the_acceleration(position, velocity, interval, acceler
         np.testing.assert_allclose(beyond.velocity, (0.13, 0.0, 0.0))
 
 
+@pytest.mark.parametrize("velocity", [-0.1, 0.0])
+def test_where_a_target_turns_or_rests_of_a_sudden_no_acceleration_is_led(velocity):
+    motion, interval = TargetMotion(REPORT, 0.0), 0.0498
+    for number in range(1, 18):
+        # Rounding is nothing new, and does not hide what is.
+        time = number * interval
+        place = 0.1 * time
+        assert not motion.report(MovingTarget((place, 0.0, 0.3), (0.1, 0.0, 0.0)), time)
+    end = (place + 0.5 * interval * (0.1 + velocity), 0.0, 0.3)
+    assert motion.report(MovingTarget(end, (velocity, 0.0, 0.0)), 18 * interval)
+    later = motion.at(18.7 * interval)
+    np.testing.assert_allclose(later.velocity, (velocity, 0.0, 0.0), atol=1e-12)
+    assert not any(later.acceleration)
+
+
+def test_a_follower_takes_no_run_up():
+    # Before the platform has moved, the target is as fast as it only becomes on a long way.
+    target = MovingTarget((0.001, 0.0, 0.3), (0.3, 0.0, 0.0), lead=5e-5)
+    run = TrackingRun((0.0, 0.0, 0.3))
+    places = run.run(target.after, 0.1, 0.02)
+    assert places[:, 0].min() > -1e-5
+
+
 def test_the_lead_grows_with_the_way_and_ends_where_the_target_rests_or_turns():
     motion = TargetMotion(REPORT, 0.0)
     assert motion.at(0.0).lead == math.inf

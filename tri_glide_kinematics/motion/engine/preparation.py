@@ -65,6 +65,7 @@ class Preparation:
         goal: that it leads to; None if it is not made for a new one.
         start: time in the held plan at which it begins [s].
         held: from which it is made.
+        lead_time: is told how long it takes.
         ready: what is held next, once that is known.
     """
 
@@ -88,7 +89,7 @@ class Preparation:
             lead_time: is told how long it takes.
         """
         self.goal = goal
-        self._lead_time = lead_time
+        self.lead_time = lead_time
         self._making = making
         self.held = held
         self._begun = time
@@ -175,7 +176,7 @@ class Preparation:
 
     def note_time(self, time: float) -> None:
         """Note that it is ready at a ``time`` [s]: what counts is since it was last begun."""
-        self._lead_time.note(max(time - self._begun, 0.0))
+        self.lead_time.note(max(time - self._begun, 0.0))
 
 
 def in_steps(time: float, step: float) -> float:

@@ -82,8 +82,8 @@ class Tracker:
         self._velocity: ToldVelocity | None = None
         self._time = 0.0
 
-    def report(self, target: MovingTarget, age: float, start: Vector3 | None) -> None:
-        """Take in how the ``target`` moves.
+    def report(self, target: MovingTarget, age: float, start: Vector3 | None) -> bool:
+        """Take in how the ``target`` moves; return whether that was not foreseen.
 
         Args:
             target: as it is told.
@@ -92,21 +92,24 @@ class Tracker:
         """
         if start is None:
             assert self._target is not None
-            self._target.report(target, self._time - age, age)
-            return
+            return self._target.report(target, self._time - age, age)
         # A target that is elsewhere at the start is caught up with as soon as possible.
         missing = math.dist(target.after(age).position, self._machine.forward(start))
         self._time = 0.0
         self._target = TargetMotion(
             target._replace(lead=missing if missing < NEAR else math.inf), -age
         )
+        return True
 
-    def report_velocity(self, velocity: Vector3, *, goes_on: bool) -> None:
-        """Take in which ``velocity`` is wanted now [m/s]; others before count if it ``goes_on``."""
+    def report_velocity(self, velocity: Vector3, *, goes_on: bool) -> bool:
+        """Take in which ``velocity`` is wanted now [m/s]; others before count if it ``goes_on``.
+
+        Return whether that was not foreseen.
+        """
         if goes_on and self._velocity is not None:
-            self._velocity.report(velocity, self._time)
-        else:
-            self._velocity = ToldVelocity(velocity, self._time)
+            return self._velocity.report(velocity, self._time)
+        self._velocity = ToldVelocity(velocity, self._time)
+        return True
 
     def next(self, held: HeldMotion, time: float, dt: float) -> HeldMotion | None:
         """Return what is held for a step of ``dt`` [s], from ``time`` [s] in the held plan on.
@@ -208,6 +211,8 @@ class Tracking:
         self._lead_time = LeadTime()
         # Where the held plan is no step: that plan, and when the next step may begin in it.
         self._begins: tuple[Trajectory, float] | None = None
+        # The plan in which the next step was hurried last.
+        self._hurried: Trajectory | None = None
         plans.when_taken = self._after_taking
 
     @property
@@ -235,12 +240,14 @@ class Tracking:
         tracking = held.with_goal(goal)
         goes_on = self._tracks_like(goal)
         assert goal.velocity is not None
-        self.tracker.report_velocity(goal.velocity, goes_on=goes_on)
+        is_new = self.tracker.report_velocity(goal.velocity, goes_on=goes_on)
         if self.prepares_steps:
             if goes_on:
                 # A step that is being prepared is held soon; the next one leads to this.
                 self._plans.keep_goal()
                 self._plans.replace(tracking)
+                if is_new:
+                    self._hurry()
                 return True
             if held.pending is not None or self._holder.time >= held.plan.duration:
                 return False
@@ -264,8 +271,10 @@ class Tracking:
         held, time = self._holder.held, self._holder.time
         self._plans.keep_goal()
         if self._tracks_like(goal):
-            self.tracker.report(target, age, None)
+            is_new = self.tracker.report(target, age, None)
             self._plans.replace(held.with_goal(goal))
+            if is_new:
+                self._hurry()
             return
         start = held.plan.at(time).heights
         self._workspace.check_heights(start)
@@ -312,6 +321,19 @@ class Tracking:
             start = max(holder.time + lead, self._next_step_at)
             making = self._step_or(self._going_on, None)
             self._plans.begin(making, None, start, self._lead_time)
+
+    def _hurry(self) -> None:
+        """Make the next step at once, and not for the end of the held one: that leads elsewhere.
+
+        Once in each plan: a step that is given up again and again would never be held.
+        """
+        plan, preparation = self._holder.held.plan, self._plans.preparation
+        if not self.prepares_steps or plan is self._hurried:
+            return
+        self._hurried = plan
+        self._begins = plan, self._holder.time
+        if preparation is not None and preparation.lead_time is self._lead_time:
+            self._plans.preparation = None
 
     def _prepare_step(self, goal: Command) -> None:
         """Make the first step towards a ``goal``, or a plan where none is proved."""

@@ -97,13 +97,16 @@ class TargetMotion:
         """When the target was where it was reported last [s]."""
         return self._time
 
-    def report(self, target: MovingTarget, time: float, age: float = 0.0) -> None:
+    def report(self, target: MovingTarget, time: float, age: float = 0.0) -> bool:
         """Take the next report, of a ``time`` on the same clock; an earlier one starts anew.
 
         Args:
             target: as it was then.
             time: when it was so [s].
             age: how long ago that is [s].
+
+        Returns:
+            Whether the target does something else than was foreseen.
         """
         interval = time - self._learned
         told, self._told = self._told, target._replace(lead=_lead(self._told, target))
@@ -111,29 +114,33 @@ class TargetMotion:
         if 0.0 < interval < SHORTEST_INTERVAL:
             _, rate, bend = self._course.after(since)
             self._position, self._course = target.position, Course(target.velocity, rate, bend)
-            return
+            return False
         self._learned = time
         self._lasts = 0.0
-        if SHORTEST_INTERVAL <= interval <= LONGEST_INTERVAL:
+        # One that is told to rest has come to its end, as a rule, and does not turn there.
+        rests = not any(target.velocity)
+        if SHORTEST_INTERVAL <= interval <= LONGEST_INTERVAL and not rests:
             before = self._velocity.now
-            self._velocity.report(target.velocity, interval)
+            is_new = self._velocity.report(target.velocity, interval)
             now = self._velocity.now
             both, bent = combined(1.0, before.value, 1.0, now.value), minus(before.rate, now.rate)
             beside = minus(target.position, combined(1.0, self._start, 0.5 * interval, both))
             error = combined(1.0, beside, -interval * interval / 12.0, bent)
+            largest = SURPRISE * self._errors.size
             kept = 0.0 if self._errors.surprises(error) else self._errors.memory()
             way = 0.5 * interval * (hypot(*told.velocity) + hypot(*target.velocity))
             # Where an acceleration changes so much, there is no saying how it goes on, either.
-            jumped = not hypot(*beside) <= max(JUMP * way, SURPRISE * self._errors.size)
+            jumped = not hypot(*beside) <= max(JUMP * way, largest)
             if not (jumped or hypot(*now.rate) > LARGEST_ACCELERATION):
                 late = interval > LONGEST_BEND
                 self._lasts = (1.0 if late else LASTS) * interval + min(max(age, 0.0), LONGEST_BEND)
                 self._start = self._position = combined(1.0, target.position, -kept, error)
                 self._course = now
-                return
+                return is_new
         self._start = self._position = target.position
         self._velocity.restart(target.velocity)
         self._course = self._velocity.now
+        return not (rests and not any(told.velocity))
 
     def lose(self) -> None:
         """Forget its way so far: it is to be caught up with as soon as possible."""
@@ -173,28 +180,33 @@ class ToldVelocity:
         self._time = self._learned = time
         self._lasts = 0.0
 
-    def report(self, velocity: Vector3, time: float) -> None:
+    def report(self, velocity: Vector3, time: float) -> bool:
         """Take the next report, of a ``time`` on the same clock [s].
 
         The same velocity again says nothing, as it may be sent more often than it is made; for how
         long the last one is led shows in how often it changed.
+
+        Returns:
+            Whether it is another one than was foreseen.
         """
         if velocity == self._told:
-            return
+            return False
         interval = time - self._learned
         self._told, self._time = velocity, time
         if 0.0 < interval < SHORTEST_INTERVAL:
             self._value = velocity
-            return
+            return False
         self._learned = time
         self._lasts = 0.0
+        is_new = True
         if SHORTEST_INTERVAL <= interval <= LONGEST_INTERVAL:
-            self._trend.report(velocity, interval)
+            is_new = self._trend.report(velocity, interval)
             if hypot(*self._trend.now.rate) <= LARGEST_ACCELERATION:
                 self._lasts = LASTS * interval
         if not self._lasts > 0.0:
             self._trend.restart(velocity)
         self._value = self._trend.now.value
+        return is_new
 
     def at(self, time: float) -> WantedVelocity:
         """Return what is wanted at a ``time`` on the clock of the reports [s]."""

@@ -35,7 +35,7 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     within,
 )
 from tri_glide_kinematics.motion.tracking.straight_motion import slider_line
-from tri_glide_kinematics.motion.tracking.way_ahead import approach
+from tri_glide_kinematics.motion.tracking.way_ahead import approach, way_to_rest
 from tri_glide_kinematics.motion.trajectory import RuckigPlanner
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -160,7 +160,9 @@ class TargetTracking:
         caught = self._catch_up(own, wanted, bounds, period)
         speed = hypot(*velocity)
         if speed > 0.0 and lead < inf:
-            caught = self._held_back(caught, own, wanted, bounds, lead / speed, period)
+            # The sliders' size of it, where the platform goes as fast as it may.
+            fastest = limits.platform_speed / speed * hypot(*rates)
+            caught = self._held_back(caught, own, wanted, bounds, fastest, lead / speed, period)
         return [way or other for way, other in zip(onto, caught)]
 
     def _catch_up(
@@ -204,6 +206,7 @@ class TargetTracking:
         own: Sequence[Setpoint],
         wanted: Sequence[Setpoint],
         bounds: Sequence[Bounds],
+        fastest_along: float,
         lead: float,
         period: float,
     ) -> list[SliderWay]:
@@ -214,6 +217,7 @@ class TargetTracking:
             own: sliders at the start of the step.
             wanted: those of the target at its end.
             bounds: of the sliders.
+            fastest_along: what the speed of the platform leaves to them together [m/s].
             lead: how far ahead of it they may arrive [s].
             period: of the step [s].
         """
@@ -236,12 +240,21 @@ class TargetTracking:
             along = min(one / (abs(part) + TINY) for one, part in zip(most, frame[0]))
             across = SHARE_ACROSS * min(most)
             limits.append((share * along, across, across))
+        limits[0] = (min(limits[0][0], fastest_along), *limits[0][1:])
         fastest, most, _ = limits
+        if velocities[0] < -period * most[0]:
+            # First it has to turn, with all that there is.
+            return caught
+        aims, passing = _turned(frame, aims), _turned(frame, rates)
+        # No faster than it can become on its way there: for a run-up it would first move away.
+        bounds_along = most[0], limits[2][0]
+        way = aims[0] - heights[0] + way_to_rest(max(velocities[0], 0.0), *bounds_along)
+        passing[0] = min(passing[0], approach(way + EDGE_CLEARANCE, *bounds_along).speed)
         # On a curve it goes on across; a target that slows down is not run after.
         bend, *aside = _turned(frame, bends)
         found = self._ruckig.to_pass(
-            _turned(frame, aims),
-            [within(rate, bound) for rate, bound in zip(_turned(frame, rates), fastest)],
+            aims,
+            [within(rate, bound) for rate, bound in zip(passing, fastest)],
             list(zip(heights, velocities, accelerations)),
             (limits[0], limits[1], limits[2]),
             [within(a, FRACTION_OF_BEND * b) for a, b in zip((min(bend, 0.0), *aside), most)],

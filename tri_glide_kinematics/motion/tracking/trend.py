@@ -31,6 +31,9 @@ NOISE, NO_NOISE = 0.4, 0.7
 # An error that is so much larger than the mean is something new, unless the one before was, too.
 SURPRISE = 4.0
 
+# What is smaller is rounding, and nothing new however small it was before [m], [m/s].
+ROUNDING = 1e-9
+
 # A rate is led as far as what it changes from one report to the next stands out of the noise: not
 # at all at this many times the mean error, and wholly at twice that: with a long memory it is far
 # less wrong than one error.
@@ -60,7 +63,7 @@ class Noise:
 
     def surprises(self, vector: Vector3) -> bool:
         """Return whether a ``vector`` is something new; else take it in."""
-        is_large = hypot(*vector) > SURPRISE * self.size
+        is_large = hypot(*vector) > max(SURPRISE * self.size, ROUNDING)
         self._was_surprised = is_large and not self._was_surprised
         if not self._was_surprised:
             self.take(vector)
@@ -116,6 +119,8 @@ class Trend:
         """
         self._by_hand = by_hand
         self._errors, self._bends = Noise(), Noise()
+        # Whether it has gone on so for a while: so has what rests.
+        self._went_on = not any(value)
         self.restart(value)
 
     def restart(self, value: Vector3, rate: Vector3 = ZERO) -> None:
@@ -125,14 +130,20 @@ class Trend:
         self._slope: Vector3 | None = None
         self._is_new = True
 
-    def report(self, value: Vector3, interval: float) -> None:
-        """Take the next report, a ``value`` told an ``interval`` after the last one [s]."""
+    def report(self, value: Vector3, interval: float) -> bool:
+        """Take the next report, a ``value`` told an ``interval`` after the last one [s].
+
+        Return whether it is something new.
+        """
         foreseen = self.now.after(interval)
         error = minus(value, foreseen.value)
         slope = scaled(minus(value, self._told), 1.0 / interval)
-        if self._errors.surprises(error) or interval > LONGEST_BEND:
-            self.restart(value, ZERO if self._by_hand else slope)
-            return
+        is_new = self._errors.surprises(error)
+        if is_new or interval > LONGEST_BEND:
+            # From what went on otherwise to this is no slope, but a jump.
+            jumps, self._went_on = is_new and self._went_on, True
+            self.restart(value, ZERO if jumps or self._by_hand else slope)
+            return is_new
         if self._slope is not None:
             # Of what is told itself, as the errors depend on what was kept.
             self._bends.take(minus(slope, self._slope))
@@ -150,6 +161,8 @@ class Trend:
             combined(1.0, foreseen.bend, takes[2] / (interval * interval), error),
         )
         self._is_new = False
+        self._went_on = True
+        return False
 
     def stands_out(self, interval: float) -> float:
         """Return how much of the rate stands out of the noise, from 0 to 1, over an interval."""
