@@ -1,10 +1,9 @@
 """All real roots of trigonometric polynomials of degree three.
 
-The circle is cut into cells of equal width. Bounds of the second and third derivative decide for
-each cell whether it holds no root, exactly one, or must be looked at closely. Those that must are
-halved until the polynomial is monotone or convex in each part. In a convex part the sign of the
-polynomial at its extremum tells two roots from none, and an extremum that is zero to rounding is
-one double root.
+The circle is cut into cells of equal width. Bounds of the third and fourth derivative decide for
+each cell whether it holds no root or exactly one; cells for which they prove neither are halved. A
+polynomial that still has such a cell after many halvings, or that nearly touches zero between two
+roots, is left to arithmetic without rounding.
 """
 
 from __future__ import annotations
@@ -25,13 +24,27 @@ from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import direction
 from tri_glide_kinematics.vectors import FloatArray
 
+Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 # Cells of a turn: values at the ends of each, and a bound of the bend, tell whether it holds roots.
 CELLS = 64
 CELL_WIDTH = 2.0 * math.pi / CELLS
-_BEND = CELL_WIDTH**2 / 8.0
 NODES: FloatArray = -math.pi + CELL_WIDTH * np.arange(CELLS + 1, dtype=np.float64)
+# Halvings of a cell in which bounds prove neither one root nor none.
+_HALVINGS = 24
+
+# Neighbouring roots closer than this [rad] may be one double root: if the polynomial exceeds its
+# rounding error between them by no more than this factor.
+_CLOSE = 1e-3
+_TOUCHING = 1e3
+
+# A Newton step may leave its bracket by rounding, which also decides the signs at a converged root.
+_SLACK = 1e-13
+# A bracketed Newton iteration ends with a step below this [rad], or after so many steps: beside a
+# double root rounding alone moves it farther.
+_CONVERGED = 1e-10
+_STEPS = 60
 
 # Products of so few rows stay below the size from which matrix libraries start threads: waking them
 # costs more than such a product, and a control program has other uses for its processors.
@@ -54,30 +67,8 @@ def _sampling_table() -> FloatArray:
 _TABLE = _sampling_table()
 
 
-class Ends(NamedTuple):
-    """Value, slope and curvature of a polynomial at one end of many intervals."""
-
-    value: FloatArray
-    slope: FloatArray
-    curvature: FloatArray
-
-
-class Verdict(NamedTuple):
-    """Proofs about intervals, from samples at both ends.
-
-    Attributes:
-        single: exactly one root.
-        dip: convex toward zero about an extremum: two roots, one double root or none.
-        unclear: to be halved.
-    """
-
-    single: Mask
-    dip: Mask
-    unclear: Mask
-
-
-def sample(polynomial: Cubic) -> Ends:
-    """Sample one polynomial, or one for each of n rows, at NODES: shape (..., CELLS + 1)."""
+def _sample(polynomial: Cubic) -> FloatArray:
+    """Values, slopes and curvatures at NODES of one polynomial, or of n: (..., 3, CELLS + 1)."""
     constant = np.asarray(polynomial.constant)
     coefficients = np.empty((*constant.shape, 7))
     coefficients[..., 0] = constant
@@ -89,83 +80,26 @@ def sample(polynomial: Cubic) -> Ends:
     for first in range(0, len(rows), _BLOCK):
         block = slice(first, first + _BLOCK)
         np.matmul(rows[block], _TABLE, out=samples[block])
-    samples = samples.reshape((*constant.shape, 3, CELLS + 1))
-    return Ends(samples[..., 0, :], samples[..., 1, :], samples[..., 2, :])
+    return samples.reshape((*constant.shape, 3, CELLS + 1))
 
 
-def possible_cells(polynomial: Cubic, samples: Ends, tolerance: FloatArray | float) -> Mask:
+def _possible_cells(polynomial: Cubic, samples: FloatArray, tolerance: FloatArray | float) -> Mask:
     """Cells between NODES that may hold a root, shape (..., CELLS).
 
     The chord of a function deviates from it by at most max|f''| width^2 / 8: end values of one
     sign that are both farther from zero exclude a root.
     """
-    value, curvature = samples.value, np.abs(samples.curvature)
+    value, curvature = samples[..., 0, :], np.abs(samples[..., 2, :])
     fourth = np.asarray(derivative_bound(polynomial, 4))[..., np.newaxis]
-    steepest = np.maximum(curvature[..., :-1], curvature[..., 1:]) + _BEND * fourth
-    bound = _BEND * steepest + np.asarray(tolerance)[..., np.newaxis]
+    bend = CELL_WIDTH**2 / 8.0
+    steepest = np.maximum(curvature[..., :-1], curvature[..., 1:]) + bend * fourth
+    bound = bend * steepest + np.asarray(tolerance)[..., np.newaxis]
     low, high = value[..., :-1], value[..., 1:]
     possible: Mask = (np.minimum(low, high) <= bound) & (np.maximum(low, high) >= -bound)
     return possible
 
 
-def judge(
-    low: Ends,
-    high: Ends,
-    width: float,
-    third: FloatArray,
-    fourth: FloatArray,
-    tolerance: FloatArray,
-) -> Verdict:
-    """Judge intervals of one ``width`` by the samples at their ends.
-
-    As in ``possible_cells``, the chord bound excludes a zero in between: for the polynomial a
-    root, for its derivatives that it is not monotone, or not convex.
-
-    Args:
-        low: samples at the lower ends.
-        high: samples at the upper ends.
-        width: width of all intervals [rad].
-        third: upper bounds of the third derivative.
-        fourth: upper bounds of the fourth derivative.
-        tolerance: rounding errors of the polynomials.
-    """
-    bend = width * width / 8.0
-    curvature_bound = bend * fourth
-    positive, rising = high.value >= 0.0, high.slope >= 0.0
-    change = positive != (low.value >= 0.0)
-    turning = rising != (low.slope >= 0.0)
-    steepest = np.maximum(np.abs(low.curvature), np.abs(high.curvature)) + curvature_bound
-    nearest = np.minimum(np.abs(low.value), np.abs(high.value))
-    possible = change | (nearest <= bend * steepest + tolerance)
-    sure = _beyond(low.slope, high.slope, bend * third) | _beyond(
-        low.curvature, high.curvature, curvature_bound
-    )
-    # Convex intervals without a turn are monotone; those that bend away from zero have no root.
-    dip = possible & sure & ~change & turning & (rising == positive)
-    return Verdict(change & sure, dip, possible & ~sure)
-
-
-def _beyond(low: FloatArray, high: FloatArray, bound: FloatArray) -> Mask:
-    """Whether both lie on the same side of zero and farther from it than ``bound``."""
-    beyond: Mask = (np.minimum(low, high) > bound) | (np.maximum(low, high) < -bound)
-    return beyond
-
-
-# Real roots of one polynomial.
-
-# A cell this narrow is not halved again: within it a triple root cannot be told from a simple one.
-_NARROWEST = 1e-5
-# Roots closer than this are looked at as the possible halves of one double root.
-_CLUSTER_WIDTH = 1e-3
-# A Newton step may leave its bracket by rounding, which also decides the signs at a converged root.
-SLACK = 1e-13
-
-
-class Root(NamedTuple):
-    """A real root ``angle`` [rad]; ``double`` where the polynomial touches zero to rounding."""
-
-    angle: float
-    double: bool
+# Real roots of one polynomial, as plain numbers: a fifth of the time of arrays with one row.
 
 
 class _Sample(NamedTuple):
@@ -183,81 +117,42 @@ class _Bounds(NamedTuple):
     tolerance: float
 
 
-def real_roots(polynomial: Cubic, tolerance: float) -> list[Root]:
-    """All real roots in [-pi, pi], ascending.
+def real_roots(polynomial: Cubic, tolerance: float) -> list[float] | None:
+    """All real roots in [-pi, pi], ascending [rad]; None where rounding could decide their number.
 
     Args:
         polynomial: coefficients as plain numbers; not identically zero.
-        tolerance: rounding error of the polynomial. Roots between which it does not exceed this
-            are one double root.
+        tolerance: rounding error of the polynomial.
     """
-    samples = sample(polynomial)
-    value, slope, curvature = samples
+    samples = _sample(polynomial)
     third, fourth = derivative_bound(polynomial, 3), derivative_bound(polynomial, 4)
     bounds = _Bounds(float(third), float(fourth), tolerance)
-    roots: list[Root] = []
-    for index in np.flatnonzero(possible_cells(polynomial, samples, tolerance)).tolist():
-        after = index + 1
-        low = _Sample(
-            float(NODES[index]), float(value[index]), float(slope[index]), float(curvature[index])
-        )
-        high = _Sample(
-            float(NODES[after]), float(value[after]), float(slope[after]), float(curvature[after])
-        )
-        roots += _isolate(polynomial, low, high, bounds)
-    if len(roots) > 1:
-        return _merge_touching(polynomial, roots, tolerance)
+    cells = np.flatnonzero(_possible_cells(polynomial, samples, tolerance))
+    ends = zip(*(samples[:, cells + side].T.tolist() for side in (0, 1)))
+    roots: list[float] = []
+    for angle, (start, end) in zip(NODES[cells].tolist(), ends):
+        low, high = _Sample(angle, *start), _Sample(angle + CELL_WIDTH, *end)
+        found = _isolate(polynomial, low, high, bounds, _HALVINGS)
+        if found is None:
+            return None
+        roots += found
+    for left, right in zip(roots, [*roots[1:], *(root + 2.0 * math.pi for root in roots[:1])]):
+        if right - left < _CLOSE:
+            value, _, _ = evaluate(polynomial, 0.5 * (left + right))
+            if abs(value) <= _TOUCHING * tolerance:
+                return None
     return roots
 
 
-def _newton(polynomial: Cubic, low: _Sample, high: float, start: float) -> float:
-    """Root between ``low`` and ``high``, of which exactly one is known to be there."""
-    left, right, angle = low.angle, high, start
-    positive = low.value >= 0.0
-    for _ in range(60):
-        value, slope, curvature = evaluate(polynomial, angle)
-        if (value >= 0.0) == positive:
-            left = angle
-        else:
-            right = angle
-        step = -value / slope if slope else math.inf
-        if not left - SLACK <= angle + step <= right + SLACK:
-            angle = 0.5 * (left + right)
-            continue
-        angle += step
-        if step * step * abs(curvature) <= 1e-16 * abs(slope):
-            break
-    return angle
-
-
-def _extremum(polynomial: Cubic, low: _Sample, high: _Sample) -> float:
-    """Zero of the derivative between two samples where it is monotone and changes its sign."""
-    left, right = low.angle, high.angle
-    angle = left + (right - left) * low.slope / (low.slope - high.slope)
-    for _ in range(60):
-        _, slope, curvature = evaluate(polynomial, angle)
-        if (slope >= 0.0) == (low.slope >= 0.0):
-            left = angle
-        else:
-            right = angle
-        following = angle - slope / curvature if curvature else math.inf
-        if not left - SLACK <= following <= right + SLACK:
-            following = 0.5 * (left + right)
-        if abs(following - angle) < 1e-12:
-            return following
-        angle = following
-    return angle
-
-
-def _isolate(polynomial: Cubic, low: _Sample, high: _Sample, bounds: _Bounds) -> list[Root]:
-    """Roots between two samples, halving until each part is monotone or convex.
-
-    The judgement is that of ``judge``, where its bounds are explained.
-    """
+def _isolate(
+    polynomial: Cubic, low: _Sample, high: _Sample, bounds: _Bounds, halvings: int
+) -> list[float] | None:
+    """Roots between two samples, judged as in ``_judge``; None if halving does not part them."""
     width = high.angle - low.angle
     bend = width * width / 8.0
     curvature_bound = bend * bounds.fourth
-    change = (low.value >= 0.0) != (high.value >= 0.0)
+    positive, rising = high.value >= 0.0, high.slope >= 0.0
+    change = (low.value >= 0.0) != positive
     if not change:
         steepest = max(abs(low.curvature), abs(high.curvature)) + curvature_bound
         if min(abs(low.value), abs(high.value)) > bend * steepest + bounds.tolerance:
@@ -269,120 +164,49 @@ def _isolate(polynomial: Cubic, low: _Sample, high: _Sample, bounds: _Bounds) ->
         or max(low.curvature, high.curvature) < -curvature_bound
     ):
         if change:
-            start = low.angle + width * low.value / (low.value - high.value)
-            return [Root(_newton(polynomial, low, high.angle, start), False)]
-        rising = high.slope >= 0.0
-        if (low.slope >= 0.0) != rising and rising == (low.value >= 0.0):
-            return _roots_beside_extremum(polynomial, low, high, bounds.tolerance)
-        return []
+            return [_newton(polynomial, low, high)]
+        if (low.slope >= 0.0) == rising or rising != positive:
+            return []
+    if not halvings:
+        return None
     angle = 0.5 * (low.angle + high.angle)
     middle = _Sample(angle, *evaluate(polynomial, angle))
-    if width < _NARROWEST:
-        if change:
-            return [Root(_newton(polynomial, low, high.angle, angle), False)]
-        return [Root(angle, True)] if abs(middle.value) <= bounds.tolerance else []
-    return _isolate(polynomial, low, middle, bounds) + _isolate(polynomial, middle, high, bounds)
+    first = _isolate(polynomial, low, middle, bounds, halvings - 1)
+    second = _isolate(polynomial, middle, high, bounds, halvings - 1)
+    return None if first is None or second is None else first + second
 
 
-def _roots_beside_extremum(
-    polynomial: Cubic, low: _Sample, high: _Sample, tolerance: float
-) -> list[Root]:
-    """Two, one double or no root about the one extremum in a convex part."""
-    angle = _extremum(polynomial, low, high)
-    value, _, curvature = evaluate(polynomial, angle)
-    if abs(value) <= tolerance:
-        return [Root(angle, True)]
-    if (value >= 0.0) == (low.value >= 0.0):
-        return []
-    reach = math.sqrt(max(-2.0 * value / curvature, 0.0)) if curvature else 0.0
-    extremum = _Sample(angle, value, 0.0, curvature)
-    return [
-        Root(_newton(polynomial, low, angle, max(low.angle, angle - reach)), False),
-        Root(_newton(polynomial, extremum, high.angle, min(high.angle, angle + reach)), False),
-    ]
-
-
-def _merge_touching(polynomial: Cubic, roots: list[Root], tolerance: float) -> list[Root]:
-    """Replace neighbours between which the polynomial is zero to rounding by one double root."""
-    roots = sorted(roots)
-    clusters = [[roots[0]]]
-    for root in roots[1:]:
-        if _touches(polynomial, clusters[-1][-1].angle, root.angle, tolerance):
-            clusters[-1].append(root)
+def _newton(polynomial: Cubic, low: _Sample, high: _Sample) -> float:
+    """Root between two samples, of which exactly one is known to be there."""
+    left, right, positive = low.angle, high.angle, low.value >= 0.0
+    angle = left + (right - left) * low.value / (low.value - high.value)
+    for _ in range(_STEPS):
+        value, slope, curvature = evaluate(polynomial, angle)
+        if (value >= 0.0) == positive:
+            left = angle
         else:
-            clusters.append([root])
-    wrapped = roots[0].angle + 2.0 * math.pi
-    if len(clusters) > 1 and _touches(polynomial, clusters[-1][-1].angle, wrapped, tolerance):
-        tail = [Root(root.angle - 2.0 * math.pi, root.double) for root in clusters.pop()]
-        clusters[0] = tail + clusters[0]
-    merged = []
-    for cluster in clusters:
-        if len(cluster) == 1:
-            merged.append(cluster[0])
-        else:
-            angle = 0.5 * (cluster[0].angle + cluster[-1].angle)
-            merged.append(Root(math.remainder(angle, 2.0 * math.pi), True))
-    return sorted(merged)
-
-
-def _touches(polynomial: Cubic, left: float, right: float, tolerance: float) -> bool:
-    if right - left > _CLUSTER_WIDTH:
-        return False
-    return abs(evaluate(polynomial, 0.5 * (left + right))[0]) <= tolerance
+            right = angle
+        step = -value / slope if slope else math.inf
+        if not left - _SLACK <= angle + step <= right + _SLACK:
+            angle = 0.5 * (left + right)
+            continue
+        angle += step
+        if step * step * abs(curvature) <= 1e-16 * abs(slope):
+            break
+    return angle
 
 
 # Real roots of many polynomials at once, on flat arrays with one entry a root.
 
-Index = NDArray[np.int64]
 
-# Halvings of unclear cells before a row is solved by itself.
-_HALVINGS = 12
-# Neighbouring roots closer than this [rad] may be one double root: if the polynomial exceeds its
-# rounding error between them by no more than this factor.
-_CLOSE = 1e-3
-_TOUCHING = 1e3
-# A bracketed Newton iteration ends with a step below this [rad], or after so many rounds: beside a
-# double root rounding alone moves it farther, and the row is solved by itself.
-_CONVERGED = 1e-10
-_ROUNDS = 20
+def simple_roots(
+    polynomial: Cubic, tolerance: FloatArray, special: Mask
+) -> tuple[Index, FloatArray]:
+    """Rows and angles [rad] of the roots of all rows but ``special`` ones, ascending.
 
-
-class _Spans(NamedTuple):
-    """Intervals of the platform angle, each in one row of the batch."""
-
-    row: Index
-    low: FloatArray
-    start: Ends
-    end: Ends
-
-    def where(self, mask: Mask) -> _Spans:
-        start, end = (Ends(*(part[mask] for part in ends)) for ends in (self.start, self.end))
-        return _Spans(self.row[mask], self.low[mask], start, end)
-
-
-class _Brackets(NamedTuple):
-    """Intervals with exactly one zero each, and a first guess of it."""
-
-    row: Index
-    low: FloatArray
-    high: FloatArray
-    positive: Mask
-    guess: FloatArray
-
-
-class Roots(NamedTuple):
-    """Roots in flat arrays: the ``row`` of each, and its ``angle`` [rad]."""
-
-    row: Index
-    angle: FloatArray
-
-
-def simple_roots(polynomial: Cubic, tolerance: FloatArray, special: Mask) -> Roots:
-    """Roots of the rows that are not ``special``; rows with a double root become it."""
-    brackets = _isolate_rows(polynomial, tolerance, special)
-    row = np.concatenate([part.row for part in brackets])
-    merged = _Brackets(row, *(np.concatenate(parts) for parts in list(zip(*brackets))[1:]))
-    angle = _bracketed_newton(_rows(polynomial, row), 0, merged)
+    Rows in which rounding could decide the number of roots become special.
+    """
+    row, angle = _isolated_roots(polynomial, tolerance, special)
     order = row_order(row, angle)
     row, angle = row[order], angle[order]
     close = np.flatnonzero((row[1:] == row[:-1]) & (angle[1:] - angle[:-1] < _CLOSE))
@@ -393,19 +217,19 @@ def simple_roots(polynomial: Cubic, tolerance: FloatArray, special: Mask) -> Roo
     # The first and the last root of a row may be neighbours across pi.
     lowest, highest = row[angle < _CLOSE - np.pi], row[angle > np.pi - _CLOSE]
     special[np.intersect1d(lowest, highest)] = True
-    return Roots(row, angle)
+    return row, angle
 
 
 def row_roots(polynomial: Cubic) -> tuple[Index, FloatArray]:
     """Simple roots of many polynomials: their rows, ascending, and their angles [rad].
 
-    Rows with a double root are missing.
+    Rows with a root that is double, or nearly so, are left out.
     """
     tolerance = ROUNDING_ERROR * sum(abs(coefficient) for coefficient in polynomial)
     special = np.zeros(len(tolerance), dtype=np.bool_)
-    roots = simple_roots(polynomial, tolerance, special)
-    simple = ~special[roots.row]
-    return roots.row[simple], roots.angle[simple]
+    row, angle = simple_roots(polynomial, tolerance, special)
+    simple = ~special[row]
+    return row[simple], angle[simple]
 
 
 def row_order(row: Index, angle: FloatArray) -> Index:
@@ -417,108 +241,85 @@ def _rows(polynomial: Cubic, row: Index) -> Cubic:
     return Cubic(*(coefficients[row] for coefficients in polynomial))
 
 
-def _isolate_rows(polynomial: Cubic, tolerance: FloatArray, special: Mask) -> list[_Brackets]:
-    """Brackets of all roots; rows that need a closer look become ``special``."""
-    samples = sample(polynomial)
-    possible = possible_cells(polynomial, samples, tolerance) & ~special[:, np.newaxis]
+def _isolated_roots(
+    polynomial: Cubic, tolerance: FloatArray, special: Mask
+) -> tuple[Index, FloatArray]:
+    """All roots, with their rows; rows in which halving does not part them become ``special``."""
+    samples = _sample(polynomial)
+    possible = _possible_cells(polynomial, samples, tolerance) & ~special[:, np.newaxis]
     row, cell = np.nonzero(possible)
-    start, end = (Ends(*(part[row, cell + k] for part in samples)) for k in (0, 1))
-    spans = _Spans(row, NODES[cell], start, end)
-    width = CELL_WIDTH
-    brackets = []
+    low, width = NODES[cell], CELL_WIDTH
+    start, end = (np.ascontiguousarray(samples[row, :, cell + side].T) for side in (0, 1))
+    found = []
     for halving in range(_HALVINGS + 1):
         if halving:
             width *= 0.5
-            spans = _halve(polynomial, spans, width)
-        of_row = _rows(polynomial, spans.row)
-        third, fourth = derivative_bound(of_row, 3), derivative_bound(of_row, 4)
-        verdict = judge(spans.start, spans.end, width, third, fourth, tolerance[spans.row])
-        brackets.append(_secant_brackets(spans.where(verdict.single), width))
-        dips = spans.where(verdict.dip)
-        brackets += _dip_brackets(polynomial, dips, width, tolerance, special)
-        spans = spans.where(verdict.unclear)
-        if not spans.row.size:
+            middle = np.array(derivatives(_rows(polynomial, row), direction(low + width)))
+            row, low = np.concatenate([row, row]), np.concatenate([low, low + width])
+            start, end = np.hstack([start, middle]), np.hstack([middle, end])
+        single, unclear = _judge(_rows(polynomial, row), start, end, width, tolerance[row])
+        ends = start[0, single], end[0, single]
+        found.append((row[single], low[single], low[single] + width, *ends))
+        row, low, start, end = row[unclear], low[unclear], start[:, unclear], end[:, unclear]
+        if not row.size:
             break
-    special[spans.row] = True
-    return brackets
+    special[row] = True
+    row, left, right, before, after = (np.concatenate(parts) for parts in zip(*found))
+    return row, _newton_in_brackets(_rows(polynomial, row), left, right, before, after)
 
 
-def _halve(polynomial: Cubic, spans: _Spans, width: float) -> _Spans:
-    """Both halves of each span, now of the given ``width``."""
-    middle = Ends(*derivatives(_rows(polynomial, spans.row), direction(spans.low + width)))
-    start, end = (
-        Ends(*(np.concatenate(pair) for pair in zip(*ends)))
-        for ends in ((spans.start, middle), (middle, spans.end))
-    )
-    return _Spans(
-        np.concatenate([spans.row, spans.row]),
-        np.concatenate([spans.low, spans.low + width]),
-        start,
-        end,
-    )
+def _judge(
+    polynomial: Cubic, start: FloatArray, end: FloatArray, width: float, tolerance: FloatArray
+) -> tuple[Mask, Mask]:
+    """Whether intervals are proven to hold exactly one root, and whether they are to be halved.
 
+    As in ``_possible_cells``, the chord bound excludes a zero in between: for the polynomial a
+    root, for its derivatives that it is not monotone, or not convex.
 
-def _secant_brackets(spans: _Spans, width: float) -> _Brackets:
-    low, high = spans.start.value, spans.end.value
-    guess = spans.low + width * low / (low - high)
-    return _Brackets(spans.row, spans.low, spans.low + width, low >= 0.0, guess)
-
-
-def _dip_brackets(
-    polynomial: Cubic, spans: _Spans, width: float, tolerance: FloatArray, special: Mask
-) -> list[_Brackets]:
-    """Brackets on both sides of the extremum where the polynomial passes through zero there."""
-    row, low = spans.row, spans.low
-    if not len(row):
-        return []
-    of_row = _rows(polynomial, row)
-    slopes = spans.start.slope, spans.end.slope
-    guess = low + width * slopes[0] / (slopes[0] - slopes[1])
-    extremum = _bracketed_newton(
-        of_row, 1, _Brackets(row, low, low + width, slopes[0] >= 0.0, guess)
-    )
-    value, _, curvature = derivatives(of_row, direction(extremum))
-    special[row[abs(value) <= tolerance[row]]] = True
-    positive = spans.start.value >= 0.0
-    through = (value >= 0.0) != positive
-    row, low, extremum, positive = row[through], low[through], extremum[through], positive[through]
-    reach = np.sqrt(-2.0 * value[through] / curvature[through])
-    high = low + width
-    return [
-        _Brackets(row, low, extremum, positive, np.maximum(low, extremum - reach)),
-        _Brackets(row, extremum, high, ~positive, np.minimum(high, extremum + reach)),
-    ]
-
-
-def _bracketed_newton(
-    polynomial: Cubic, order: int, brackets: _Brackets, rounds: int = _ROUNDS
-) -> FloatArray:
-    """Zeros of the derivative of the given order (0 or 1), one in each bracket.
-
-    Each round of three iterations goes on with those only that still move.
+    Args:
+        polynomial: that of each interval.
+        start: value, slope and curvature at the lower ends. Shape (3, m).
+        end: likewise at the upper ends.
+        width: of all intervals [rad].
+        tolerance: rounding errors of the polynomials.
     """
-    row, left, right, positive, angle = brackets
-    for _ in range(3):
-        evaluated = derivatives(polynomial, direction(angle))
-        value, slope = evaluated[order], evaluated[order + 1]
-        before = (value >= 0.0) == positive
-        left, right = np.where(before, angle, left), np.where(before, right, angle)
+    third, fourth = derivative_bound(polynomial, 3), derivative_bound(polynomial, 4)
+    bend = width * width / 8.0
+    low_positive, low_rising, _ = start >= 0.0
+    positive, rising, _ = end >= 0.0
+    change = positive != low_positive
+    smallest, steepest = np.minimum(abs(start), abs(end)), np.maximum(abs(start), abs(end))
+    possible = change | (smallest[0] <= bend * (steepest[2] + bend * fourth) + tolerance)
+    least, most = np.minimum(start, end), np.maximum(start, end)
+    slope_bound, curvature_bound = bend * third, bend * fourth
+    sure = (least[1] > slope_bound) | (most[1] < -slope_bound)
+    sure |= (least[2] > curvature_bound) | (most[2] < -curvature_bound)
+    # Convex intervals without a turn are monotone; those that bend away from zero have no root.
+    dip = (rising != low_rising) & (rising == positive)
+    return change & sure, possible & ~(sure & (change | ~dip))
+
+
+def _newton_in_brackets(
+    polynomial: Cubic, left: FloatArray, right: FloatArray, before: FloatArray, after: FloatArray
+) -> FloatArray:
+    """Roots of polynomials, each between two places with the values ``before`` and ``after`` it."""
+    positive = before >= 0.0
+    angles = left + (right - left) * before / (before - after)
+    moving = np.arange(len(angles))
+    for _ in range(_STEPS):
+        angle = angles[moving]
+        value, slope, _ = derivatives(polynomial, direction(angle))
+        is_before = (value >= 0.0) == positive
+        left, right = np.where(is_before, angle, left), np.where(is_before, right, angle)
         with np.errstate(divide="ignore", invalid="ignore"):
             following = angle - value / slope
-        kept = (following >= left - SLACK) & (following <= right + SLACK)
+        kept = (following >= left - _SLACK) & (following <= right + _SLACK)
         following = np.where(kept, following, 0.5 * (left + right))
-        moved = abs(following - angle)
-        angle = following
-    unfinished = np.flatnonzero((moved > _CONVERGED) & (right - left > _CONVERGED))
-    if unfinished.size and rounds:
-        rest = _Brackets(
-            row[unfinished],
-            left[unfinished],
-            right[unfinished],
-            positive[unfinished],
-            angle[unfinished],
-        )
-        angle[unfinished] = _bracketed_newton(
-            _rows(polynomial, unfinished), order, rest, rounds - 1
-        )
-    return angle
+        angles[moving] = following
+        going = (abs(following - angle) > _CONVERGED) & (right - left > _CONVERGED)
+        if not going.any():
+            break
+        moving, positive = moving[going], positive[going]
+        left, right = left[going], right[going]
+        polynomial = _rows(polynomial, np.flatnonzero(going))
+    return angles

@@ -8,7 +8,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism.arcs import (
@@ -25,13 +24,12 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     CONVERGED,
     Linkage,
     Number,
+    as_points,
     direction,
-    motion,
     pins_at,
     position_of,
     refined,
-    rod_jacobian,
-    singularity_unit,
+    states,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.sampling import (
     SPLIT,
@@ -181,8 +179,7 @@ class FMechanismTrace:
 
     def _arms(self, platform_point: Point) -> FloatArray:
         """From the platform's origin to a point of the platform. Shape (m, 2) [m]."""
-        arms = direction(self.angle) * complex(*platform_point)
-        return np.stack([arms.real, arms.imag], axis=-1)
+        return as_points(direction(self.angle) * complex(*platform_point))
 
     def _events(self, kind: EventKind) -> tuple[FMechanismEvent, ...]:
         return tuple(event for event in self.events if event.kind is kind)
@@ -357,31 +354,19 @@ def _assemble(recorder: _Recorder) -> FMechanismTrace:
     curve, linkage = recorder.curve, recorder.curve.linkage
     sampled = sample_arcs(curve, recorder.arcs, recorder.requests)
     points = np.concatenate([np.array([recorder.start]), sampled])
-    s = points[:, 2]
-    pins = pins_at(linkage, curve.drive.crank_angles(s))
-    v = linkage.rods[0] * direction(points[:, 0])
-    z = direction(points[:, 1])
-    jacobian = rod_jacobian(linkage, pins, z, v)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = 1.0 / jacobian.determinant
-        origin, joints, velocity, turn_rate = motion(linkage, pins, z, v, jacobian, inverse)
-    gaps = [abs(abs(q - p) - length) for q, p, length in zip(joints, pins, linkage.rods)]
-    crank, phase_b, phase_c = _setting(curve, s)
+    pins = pins_at(linkage, curve.drive.crank_angles(points[:, 2]))
+    at = states(linkage, pins, direction(points[:, 1]), linkage.rods[0] * direction(points[:, 0]))
+    crank, phase_b, phase_c = _setting(curve, points[:, 2])
     return FMechanismTrace(
         crank_angle=crank,
         phase_b=phase_b,
         phase_c=phase_c,
-        angle=points[:, 1].copy(),
-        position=_points(origin),
-        crank_pins=np.stack([_points(pin) for pin in (pins.a, pins.b, pins.c)], axis=1),
-        platform_joints=np.stack([_points(joint) for joint in joints], axis=1),
-        angular_velocity=turn_rate,
-        velocity=_points(velocity),
-        residual=np.max(gaps, axis=0),
-        singularity=jacobian.determinant / singularity_unit(linkage),
+        crank_pins=as_points(np.stack(pins[:3], axis=1)),
         events=tuple(_event(curve, *event) for event in recorder.events),
         arcs=len(recorder.arcs),
         linkage=linkage,
+        # The platform angle is counted on over full turns.
+        **at._replace(angle=points[:, 1].copy())._asdict(),
     )
 
 
@@ -399,7 +384,3 @@ def _event(curve: Curve, kind: EventKind, x: Vector3, index: int) -> FMechanismE
     double = kind in (EventKind.TURNING_POINT, EventKind.BIFURCATION)
     pose = pose_of(curve.linkage, pins, crank, position_of(curve.linkage, pins, z, v, double))
     return FMechanismEvent(kind, crank, phase_b, phase_c, pose, index)
-
-
-def _points(numbers: NDArray[np.complex128]) -> FloatArray:
-    return np.stack([numbers.real, numbers.imag], axis=-1)
