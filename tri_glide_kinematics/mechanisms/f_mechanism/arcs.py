@@ -14,9 +14,9 @@ from tri_glide_kinematics.mechanisms.f_mechanism.curve import (
     Curve,
     Frame,
     Gradients,
-    Symmetric,
+    ahead,
 )
-from tri_glide_kinematics.vectors import FloatArray, Vector3, dot, minus, scaled
+from tri_glide_kinematics.vectors import FloatArray, Vector3, cross, dot, minus, scaled
 
 # How far the curve of positions is proven to be one arc: a tube about its tangent.
 
@@ -135,8 +135,7 @@ def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, floa
         else:
             high, at_high, at_low = h, slope, 0.5 * at_low
     x = _polish_turning_point(curve, x)
-    difference = (x[0] - frame.x[0], x[1] - frame.x[1], x[2] - frame.x[2])
-    return x, dot(difference, frame.tangent)
+    return x, dot(minus(x, frame.x), frame.tangent)
 
 
 def _drive_slope(at: Gradients) -> float:
@@ -150,7 +149,7 @@ def _polish_turning_point(curve: Curve, x: Vector3) -> Vector3:
     scale = curve.linkage.size**2
     for _ in range(3):
         at = curve.gradients((best[0], best[1], best[2]))
-        h_b, h_c = (_matrix(h) for h in curve.hessians((best[0], best[1], best[2])))
+        h_b, h_c = curve.hessians((best[0], best[1], best[2]))
         slope_gradient = (
             h_b[0] * at.c[1] + at.b[0] * h_c[1] - h_b[1] * at.c[0] - at.b[1] * h_c[0]
         ) / scale
@@ -179,7 +178,7 @@ def find_bifurcation(curve: Curve, start: Vector3, reach: float) -> Vector3 | No
     for _ in range(_ITERATIONS):
         point = (float(x[0]), float(x[1]), float(x[2]))
         at = curve.gradients(point)
-        h_b, h_c = (_matrix(h) / scale for h in curve.hessians(point))
+        h_b, h_c = curve.hessians(point) / scale
         b, c = np.array(at.b) / scale, np.array(at.c) / scale
         cosine, sine = math.cos(mix), math.sin(mix)
         residual = np.concatenate([[at.gap_b / scale, at.gap_c / scale], cosine * b + sine * c])
@@ -207,7 +206,7 @@ def branch_directions(curve: Curve, x: Vector3) -> tuple[Vector3, Vector3] | Non
     at = curve.gradients(x)
     scale = curve.linkage.size**2
     left, _, right = np.linalg.svd(np.array([at.b, at.c]) / scale)
-    h_b, h_c = (_matrix(h) / scale for h in curve.hessians(x))
+    h_b, h_c = curve.hessians(x) / scale
     plane = right[1:]
     form = plane @ (left[0, 1] * h_b + left[1, 1] * h_c) @ plane.T
     values, vectors = np.linalg.eigh(form)
@@ -222,11 +221,6 @@ def branch_directions(curve: Curve, x: Vector3) -> tuple[Vector3, Vector3] | Non
 def _unit(vector: FloatArray) -> Vector3:
     x, y, z = (vector / np.linalg.norm(vector)).tolist()
     return x, y, z
-
-
-def _matrix(symmetric: Symmetric) -> FloatArray:
-    m00, m11, m22, m01, m02, m12 = symmetric
-    return np.array([[m00, m01, m02], [m01, m11, m12], [m02, m12, m22]])
 
 
 # The walk from arc to arc.
@@ -382,12 +376,6 @@ def _advance(
     return None
 
 
-def ahead(frame: Frame, h: float) -> Vector3:
-    """Point on the tangent of ``frame`` at ``h``."""
-    (x0, x1, x2), (t0, t1, t2) = frame.x, frame.tangent
-    return x0 + h * t0, x1 + h * t1, x2 + h * t2
-
-
 def _bifurcation_ahead(
     curve: Curve, frame: Frame, sense: float
 ) -> tuple[tuple[Arc, Arc], Bifurcation, Frame, float] | None:
@@ -438,12 +426,7 @@ def _land_beyond(
     )
     first = minus(axis, scaled(along, dot(axis, along)))
     first = scaled(first, 1.0 / math.sqrt(dot(first, first)))
-    second = (
-        along[1] * first[2] - along[2] * first[1],
-        along[2] * first[0] - along[0] * first[2],
-        along[0] * first[1] - along[1] * first[0],
-    )
-    plane = Frame(point, along, first, second, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
+    plane = Frame(point, along, first, cross(along, first), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
     corrected = curve.correct(plane, length)
     if corrected is None or math.dist(corrected[0], ahead(plane, length)) > tolerance * length:
         return None

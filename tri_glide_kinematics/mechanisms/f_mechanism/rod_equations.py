@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.equal_numbers import directions
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 Complex = NDArray[np.complex128]
 
@@ -95,19 +95,25 @@ def direction(angle: Number) -> Number:
     return unit
 
 
-def pins_at(linkage: Linkage, crank_angles: tuple[Number, Number, Number]) -> CrankPins:
-    """Crank pins when cranks A, B and C stand at ``crank_angles`` [rad]."""
+def pins_at(
+    linkage: Linkage, crank_angles: tuple[Number, Number, Number], rates: Vector3 | None = None
+) -> CrankPins:
+    """Crank pins when cranks A, B and C stand at ``crank_angles`` [rad].
+
+    Their derivatives are those by the angle of crank A, or by what changes the three crank angles
+    at ``rates``.
+    """
     (a0, b0, c0), (a, b, c) = linkage.pivots, linkage.cranks
     psi_a, psi_b, psi_c = crank_angles
     arm_a, arm_b, arm_c = a * direction(psi_a), b * direction(psi_b), c * direction(psi_c)
-    speed_a, speed_b, speed_c = linkage.speeds
+    rate_a, rate_b, rate_c = linkage.speeds if rates is None else rates
     return CrankPins(
         a0 + arm_a,
         b0 + arm_b,
         c0 + arm_c,
-        1j * speed_a * arm_a,
-        1j * speed_b * arm_b,
-        1j * speed_c * arm_c,
+        1j * rate_a * arm_a,
+        1j * rate_b * arm_b,
+        1j * rate_c * arm_c,
     )
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,55 +18,20 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
-# Values of the drive at which a followed branch is sampled, and those at which it may close.
-
-# Values of the drive to report in the half-open interval (from, to], in this order.
-Stations = Callable[[float, float], FloatArray]
-
 # Values of the drive closer than this are one: an arc meets its end to rounding only [rad].
 SPLIT = 1e-12
 
 
-def explicit_stations(values: FloatArray) -> Stations:
-    """Stations at the given ascending values."""
-
-    def between(start: float, stop: float) -> FloatArray:
-        if stop > start:
-            first, last = np.searchsorted(values, (start + SPLIT, stop + SPLIT), side="right")
-            return values[first:last]
-        first, last = np.searchsorted(values, (stop - SPLIT, start - SPLIT), side="left")
-        return values[first:last][::-1]
-
-    return between
-
-
-def uniform_stations(offset: float, spacing: float) -> Stations:
-    """Stations at ``offset`` and all multiples of ``spacing`` from there."""
-
-    def between(start: float, stop: float) -> FloatArray:
-        low, high = sorted(((start - offset) / spacing, (stop - offset) / spacing))
-        multiples = np.arange(math.floor(low), math.ceil(high) + 1, dtype=np.float64)
-        values: FloatArray = offset + spacing * multiples
-        if stop > start:
-            return values[(values > start + SPLIT) & (values <= stop + SPLIT)]
-        return values[(values < start - SPLIT) & (values >= stop - SPLIT)][::-1]
-
-    return between
-
-
-def multiples(period: float, start: float, stop: float) -> list[float]:
-    """Multiples of ``period`` in (start, stop], rising or falling; only 0 if it is infinite.
+def passed(stations: FloatArray, start: float, stop: float) -> FloatArray:
+    """Those of ascending stations that lie in (start, stop], rising or falling, in this order.
 
     One that is missed by rounding only belongs to the interval that ends there.
     """
-    sign = 1.0 if stop > start else -1.0
-    if math.isinf(period):
-        candidates = [0.0]
-    else:
-        first, last = sorted((math.floor(start / period), math.ceil(stop / period)))
-        candidates = [period * k for k in range(first - 1, last + 2)]
-    inside = [s for s in candidates if sign * start + SPLIT < sign * s <= sign * stop + SPLIT]
-    return sorted(inside, reverse=sign < 0.0)
+    if stop > start:
+        first, last = np.searchsorted(stations, (start + SPLIT, stop + SPLIT), side="right")
+        return stations[first:last]
+    first, last = np.searchsorted(stations, (stop - SPLIT, start - SPLIT), side="left")
+    return stations[first:last][::-1]
 
 
 # Points of a followed branch at requested values of the drive, all at once.
@@ -81,42 +45,30 @@ _INVERSIONS = 30
 _ON_CURVE = 1e-13
 
 
-class Request(NamedTuple):
-    """Sample the arc with index ``arc`` where the drive is ``s``, shape (k,) [rad]."""
-
-    arc: int
-    s: FloatArray
-
-
-def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[Request]) -> FloatArray:
+def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[FloatArray]) -> FloatArray:
     """Points (direction of rod A, platform angle, drive) of all requests, shape (m, 3) [rad].
 
-    Each starts from the cubic through both ends of its arc and is corrected at its fixed drive. It
-    counts only if it lies in the tube and between the ends of the arc, where no other branch is;
-    otherwise it is found again by bisection along the arc.
+    Each arc has its values of the drive. From the cubic through both ends of the arc a point is
+    corrected at its fixed drive. It counts only if it lies in the tube and between the ends of the
+    arc, where no other branch is; otherwise it is found again by bisection along the arc.
     """
-    if not requests:
+    which = np.repeat(np.arange(len(arcs)), [len(request) for request in requests])
+    if not which.size:
         return np.empty((0, 3))
-    which = np.repeat([request.arc for request in requests], [len(r.s) for r in requests])
-    s = np.concatenate([request.s for request in requests])
+    s = np.concatenate(requests)
     points = _cubic_points(arcs, which, s)
-    v = curve.linkage.rods[0] * direction(points[:, 0])
-    z = direction(points[:, 1])
     pins = pins_at(curve.linkage, curve.drive.crank_angles(s))
     tolerance = _ON_CURVE * curve.linkage.size * curve.linkage.reach
     # At a singular sample the corrections are infinite; it is then found by bisection.
     with np.errstate(divide="ignore", invalid="ignore"):
-        for _ in range(_NEWTON_STEPS):
+        for step in range(_NEWTON_STEPS + 1):
+            v, z = curve.linkage.rods[0] * direction(points[:, 0]), direction(points[:, 1])
             jacobian = rod_jacobian(curve.linkage, pins, z, v)
-            swing, turn = newton_step(jacobian)
-            moving = np.maximum(abs(jacobian.gap_b), abs(jacobian.gap_c)) > 0.01 * tolerance
-            points[:, 0] += np.where(moving, swing, 0.0)
-            points[:, 1] += np.where(moving, turn, 0.0)
-            v = curve.linkage.rods[0] * direction(points[:, 0])
-            z = direction(points[:, 1])
-        jacobian = rod_jacobian(curve.linkage, pins, z, v)
-        solved = np.maximum(abs(jacobian.gap_b), abs(jacobian.gap_c)) <= tolerance
-        solved &= _on_arc(arcs, which, points)
+            gap = np.maximum(abs(jacobian.gap_b), abs(jacobian.gap_c))
+            if step < _NEWTON_STEPS:
+                corrections = np.stack(newton_step(jacobian), axis=1)
+                points[:, :2] += np.where((gap > 0.01 * tolerance)[:, np.newaxis], corrections, 0.0)
+        solved = (gap <= tolerance) & _on_arc(arcs, which, points)
     for index in np.flatnonzero(~solved).tolist():
         points[index] = point_on_arc(curve, arcs[which[index]], float(s[index]))
     return points
@@ -148,23 +100,16 @@ def point_on_arc(curve: Curve, arc: Arc, s: float) -> Vector3:
 
 def _on_arc(arcs: Sequence[Arc], which: NDArray[np.int64], points: FloatArray) -> NDArray[np.bool_]:
     """Whether points lie in the tube of their arc and between its ends."""
-    centre, tangent, limits = [], [], []
-    for arc in arcs:
-        if arc.frame is None:
-            centre.append(arc.start)
-            tangent.append((0.0, 0.0, 0.0))
-        else:
-            centre.append(arc.frame.x)
-            tangent.append(arc.frame.tangent)
-        limits.append((arc.radius, min(arc.low, arc.high), max(arc.low, arc.high)))
-    bounds = np.array(limits)[which]
-    offset = points - np.array(centre)[which]
-    along = np.sum(offset * np.array(tangent)[which], axis=1)
+    centre = np.array([arc.frame.x if arc.frame else arc.start for arc in arcs])[which]
+    tangent = np.array([arc.frame.tangent if arc.frame else (0.0, 0.0, 0.0) for arc in arcs])[which]
+    radius, low, high = np.array([(arc.radius, *sorted((arc.low, arc.high))) for arc in arcs])[
+        which
+    ].T
+    offset = points - centre
+    along = np.sum(offset * tangent, axis=1)
     aside = np.sum(offset * offset, axis=1) - along * along
-    inside = np.sqrt(np.maximum(aside, 0.0)) <= bounds[:, 0] + 1e-9
-    between = (along >= bounds[:, 1] - 1e-9) & (along <= bounds[:, 2] + 1e-9)
-    result: NDArray[np.bool_] = inside & between
-    return result
+    inside: NDArray[np.bool_] = np.sqrt(np.maximum(aside, 0.0)) <= radius + 1e-9
+    return inside & (along >= low - 1e-9) & (along <= high + 1e-9)
 
 
 def _cubic_points(arcs: Sequence[Arc], which: NDArray[np.int64], s: FloatArray) -> FloatArray:

@@ -33,9 +33,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.sampling import (
     SPLIT,
-    Request,
-    Stations,
-    multiples,
+    passed,
     point_on_arc,
     same_position,
     sample_arcs,
@@ -240,20 +238,24 @@ class TraceOptions:
     """The drive to follow and the samples to report.
 
     Attributes:
-        stations: where to sample.
-        low: lower limit of s.
-        high: upper limit of s.
+        stations: values of s at which to sample, ascending; the first and the last limit s.
         through: whether to go on through turning points and bifurcations.
         period: change of s after which the cranks stand as before; infinite if never.
         largest_step: longest arc [rad].
     """
 
-    stations: Stations
-    low: float
-    high: float
+    stations: FloatArray
     through: bool
     period: float
     largest_step: float
+
+    @property
+    def closings(self) -> FloatArray:
+        """Values of s at which the cranks stand as in the start."""
+        if math.isinf(self.period):
+            return np.zeros(1)
+        low, high = self.stations[[0, -1]] / self.period
+        return self.period * np.arange(math.floor(low), math.ceil(high) + 1)
 
 
 class _Recorder:
@@ -263,8 +265,9 @@ class _Recorder:
         self.curve = curve
         self.start = start
         self.options = options
+        self.closings = options.closings
         self.arcs: list[Arc] = []
-        self.requests: list[Request] = []
+        self.requests: list[FloatArray] = []
         # The start is a sample of its own, before all requests.
         self.samples = 1
         self.events: list[tuple[EventKind, Vector3, int]] = []
@@ -275,8 +278,7 @@ class _Recorder:
 
     def turning(self, x: Vector3) -> bool:
         """Take a turning point; return whether the trace ends there."""
-        period = self.options.period
-        drift = x[2] if math.isinf(period) else math.remainder(x[2], period)
+        drift = math.remainder(x[2], self.options.period)
         if abs(drift) < STANDSTILL and same_position(x, self.start, 10.0 * STANDSTILL):
             self.event(EventKind.CLOSED, x)
             return True
@@ -285,18 +287,15 @@ class _Recorder:
 
     def arc(self, arc: Arc) -> bool:
         """Take the samples of an arc; return whether the trace ends in it."""
-        index = len(self.arcs)
-        self.arcs.append(arc)
         low, high = arc.start[2], arc.end[2]
-        limit = self.options.high if high > low else self.options.low
+        limit = float(self.options.stations[-1 if high > low else 0])
         # A turning point that lies on the limit is still taken.
         ends = high > limit + SPLIT if high > low else high < limit - SPLIT
         closing = self._closing(arc, limit if ends else high)
         stop = closing[2] if closing else (limit if ends else high)
-        stations = self.options.stations(low, stop)
-        if stations.size:
-            self.requests.append(Request(index, stations))
-            self.samples += stations.size
+        self.arcs.append(arc)
+        self.requests.append(passed(self.options.stations, low, stop))
+        self.samples += len(self.requests[-1])
         if closing:
             self.event(EventKind.CLOSED, closing)
         elif ends:
@@ -308,8 +307,7 @@ class _Recorder:
         low = arc.start[2]
         if (stop > low) != self.rising or stop == low:
             return None
-        period = self.options.period
-        for s in multiples(period, low, stop):
+        for s in passed(self.closings, low, stop).tolist():
             x = point_on_arc(self.curve, arc, s)
             if same_position(x, self.start, _CLOSED):
                 return x
@@ -330,7 +328,7 @@ def trace_branch(curve: Curve, start: Vector3, options: TraceOptions) -> FMechan
             standing = True
             recorder.rising = False
             recorder.event(EventKind.TURNING_POINT, start)
-    if options.high <= 0.0:
+    if options.stations[-1] <= 0.0:
         recorder.event(EventKind.END, start)
     elif options.through or not standing:
         for item in follow(curve, start, sense, options.largest_step):
