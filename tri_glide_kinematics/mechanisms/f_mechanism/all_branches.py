@@ -15,6 +15,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
     Cubic,
     closure,
     derivatives,
+    row_roots,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve
 from tri_glide_kinematics.mechanisms.f_mechanism.positions import (
@@ -24,7 +25,6 @@ from tri_glide_kinematics.mechanisms.f_mechanism.positions import (
     solve_batch,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import Linkage, direction, pins_at
-from tri_glide_kinematics.mechanisms.f_mechanism.roots import row_roots
 from tri_glide_kinematics.mechanisms.f_mechanism.trace import (
     FMechanismTrace,
     TraceOptions,

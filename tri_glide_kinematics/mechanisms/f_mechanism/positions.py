@@ -13,10 +13,15 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.equal_numbers import wrapped
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
+    NODES,
     ROUNDING_ERROR,
     Closure,
     Linear,
+    Mask,
     closure,
+    real_roots,
+    row_order,
+    simple_roots,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.exact import exact_positions
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
@@ -36,13 +41,6 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     rotation,
     singularity,
     states,
-)
-from tri_glide_kinematics.mechanisms.f_mechanism.roots import (
-    NODES,
-    Mask,
-    real_roots,
-    row_order,
-    simple_roots,
 )
 from tri_glide_kinematics.vectors import FloatArray, Point
 from tri_glide_kinematics.wording import number_text

@@ -5,8 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.mechanisms.f_mechanism.closure import Cubic, evaluate
-from tri_glide_kinematics.mechanisms.f_mechanism.roots import real_roots, row_roots
+from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
+    Cubic,
+    evaluate,
+    real_roots,
+    row_roots,
+)
 
 
 def random_cubic(rng):
