@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import CrankPins as CrankPins
     from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import Linkage as Linkage
+    from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import as_points as as_points
     from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import pins_at as pins_at
     from tri_glide_kinematics.mechanisms.f_mechanism.trace import EventKind as EventKind
     from tri_glide_kinematics.mechanisms.f_mechanism.trace import FMechanismEvent as FMechanismEvent

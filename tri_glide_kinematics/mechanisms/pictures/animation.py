@@ -29,8 +29,8 @@ from tri_glide_kinematics.mechanisms.pictures.skeleton import (
     F_MECHANISM,
     FOUR_BAR,
     INK,
+    Line,
     Skeleton,
-    bounds,
 )
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -134,21 +134,20 @@ def save_movie(movie: Movie, file: Path, on_frame: Callable[[], None] = lambda: 
     Raises:
         OSError: if the file cannot be written.
     """
-    figure, axes = plane_figure(bounds(movie.paths), movie.unit)
     colours = dict(movie.skeleton.traced)
-    for point in range(movie.paths.shape[1]):
-        if point not in movie.skeleton.pivots:
-            axes.plot(
-                *(movie.paths[:, point] * movie.unit.per_metre).T,
-                color=colours.get(point, INK),
-                linewidth=1.5 if point in colours else 0.5,
-                alpha=0.7 if point in colours else 0.4,
-            )
+    lines = [
+        Line(points, colours[number], width=1.5, opacity=0.7)
+        if number in colours
+        else Line(points, INK, width=0.5, opacity=0.4)
+        for number, points in enumerate(movie.paths.swapaxes(0, 1))
+        if number not in movie.skeleton.pivots
+    ]
+    figure, axes = plane_figure(lines, movie.paths, movie.unit)
     drawn = DrawnMechanism(axes, movie.skeleton, movie.points[0], movie.unit)
     title = axes.set_title(movie.captions[0], fontsize=11)
     # Parts that stand still are drawn once; only those that move are drawn again on top of them.
-    moving = [*drawn.move(movie.points[0]), title]
-    for artist in moving:
+    moved = [*drawn.move(movie.points[0]), title]
+    for artist in moved:
         artist.set_animated(True)
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(RESOLUTION)
@@ -160,7 +159,7 @@ def save_movie(movie: Movie, file: Path, on_frame: Callable[[], None] = lambda: 
         title.set_text(caption)
         drawn.move(points)
         canvas.restore_region(background)
-        for artist in moving:
+        for artist in moved:
             axes.draw_artist(artist)
         image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
         # One palette without dithering lets frames differ only where something has moved.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,10 +15,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.equal_numbers import SAME_PART, directions, first_largest
-from tri_glide_kinematics.mechanisms.pictures.skeleton import INK, Skeleton
+from tri_glide_kinematics.mechanisms.pictures.skeleton import INK, Line, Skeleton, bounds
 from tri_glide_kinematics.picture_commands import MILLIMETRES
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -167,21 +167,90 @@ def plane_axes(axes: Axes, box: FloatArray, unit: LengthUnit) -> Axes:
     return axes
 
 
-def plane_figure(box: FloatArray, unit: LengthUnit, beside: float = 0.0) -> tuple[Figure, Axes]:
-    """Return a figure of the proportions of a box, with one plane.
+def draw_lines(axes: Axes, lines: Sequence[Line], unit: LengthUnit) -> None:
+    """Draw lines on a plane."""
+    for line in lines:
+        (drawn,) = axes.plot(
+            *(line.places * unit.per_metre).T,
+            color=line.colour,
+            linestyle=line.style,
+            linewidth=line.width,
+            alpha=line.opacity,
+            label=line.label,
+        )
+        if line.joints:
+            drawn.set(marker="o", markersize=4.0, markerfacecolor="white")
+
+
+def plane_figure(
+    lines: Sequence[Line],
+    points: FloatArray,
+    unit: LengthUnit,
+    title: str = "",
+    beside: float = 0.0,
+    margin: float = 0.1,
+) -> tuple[Figure, Axes]:
+    """Return a figure with one plane, on which lines are drawn.
 
     Args:
-        box: of :func:`bounds`.
+        lines: to be drawn.
+        points: of a mechanism that is to be in view as well. Shape (..., 2) [m].
         unit: of the axes.
-        beside: room to the right of the plane for a legend [inch].
+        title: above them.
+        beside: room to the right of the plane for a legend [inch]; without it there is none.
+        margin: free border over the larger side.
     """
+    box = bounds(np.concatenate([points.reshape(-1, 2), *(line.places for line in lines)]), margin)
     width, height = (box[1] - box[0]).tolist()
     scale = 6.0 / max(width, height)
     figure = Figure(
         figsize=(max(3.0, scale * width) + 1.0 + beside, max(3.0, scale * height) + 1.2),
         layout="constrained",
     )
-    return figure, plane_axes(figure.add_subplot(), box, unit)
+    axes = plane_axes(figure.add_subplot(), box, unit)
+    draw_lines(axes, lines, unit)
+    axes.set_title(title, fontsize=11)
+    if beside:
+        legend_beside(axes)
+    return figure, axes
+
+
+def angle_plots(
+    title: str, heights: tuple[float, float], size: tuple[float, float]
+) -> tuple[Figure, Axes, Axes]:
+    """Return a figure with two plots over the crank angle, above each other.
+
+    Args:
+        title: above them.
+        heights: of both to each other.
+        size: of the figure, sideways and upwards [inch].
+    """
+    figure = Figure(figsize=size, layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=heights)
+    upper.set_title(title)
+    lower.set_xlabel("crank angle [°]")
+    for axes in (upper, lower):
+        axes.grid(**GRID_STYLE)
+    return figure, upper, lower
+
+
+def plot_angles(
+    axes: Axes, crank: FloatArray, angle: FloatArray, colour: str, label: str, style: str = "-"
+) -> None:
+    """Draw an angle over the crank angle, broken where either jumps by a full turn.
+
+    Args:
+        axes: of :func:`angle_plots`.
+        crank: within one turn, shape (n,) [rad].
+        angle: likewise.
+        colour: of the line.
+        label: in the legend.
+        style: of the line.
+    """
+    steps = np.maximum(np.abs(np.diff(crank)), np.abs(np.diff(angle)))
+    jumps = np.flatnonzero(steps > math.pi) + 1
+    x, y = np.insert(np.degrees([crank, angle]), jumps, np.nan, axis=1)
+    axes.plot(x, y, color=colour, linestyle=style, linewidth=1.6, label=label)
 
 
 def angle_axis(axes: Axes, which: str, low: float, high: float) -> None:
@@ -192,18 +261,6 @@ def angle_axis(axes: Axes, which: str, low: float, high: float) -> None:
     axis = axes.xaxis if which == "x" else axes.yaxis
     axis.set_major_locator(MultipleLocator(step))
     (axes.set_xlim if which == "x" else axes.set_ylim)(low, high)
-
-
-def wraps(*angles: FloatArray) -> NDArray[np.intp]:
-    """Return the indices before which one of several angles jumps by a full turn.
-
-    A curve is broken there by ``np.insert(curve, wraps(...), np.nan)``.
-
-    Args:
-        angles: each within one turn, shape (n,) [rad].
-    """
-    steps = np.max([np.abs(np.diff(values)) for values in angles], axis=0)
-    return np.flatnonzero(steps > math.pi) + 1
 
 
 def legend_beside(axes: Axes) -> None:

@@ -79,6 +79,29 @@ F_MECHANISM = Skeleton(
 )
 
 
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A line to be drawn.
+
+    Attributes:
+        places: that it joins; it is broken at NaN. Shape (n, 2) [m].
+        colour: of the line.
+        label: in the legend; none if empty.
+        style: as matplotlib names it.
+        width: of the line.
+        opacity: from 0 to 1.
+        joints: whether each place is marked as a joint.
+    """
+
+    places: FloatArray
+    colour: str
+    label: str = ""
+    style: str = "-"
+    width: float = 1.8
+    opacity: float = 1.0
+    joints: bool = False
+
+
 def side_by_side(*points: ArrayLike) -> FloatArray:
     """Return points of a skeleton, each over n positions or fixed. Shape (n, k, 2) [m]."""
     return np.stack(np.broadcast_arrays(*points), axis=-2)
