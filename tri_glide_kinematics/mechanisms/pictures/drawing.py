@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
+from PIL import Image
 
 from tri_glide_kinematics.equal_numbers import SAME_PART, directions, first_largest
 from tri_glide_kinematics.mechanisms.pictures.skeleton import INK, Line, Skeleton, bounds
@@ -282,3 +285,95 @@ def degrees_text(angle: float, digits: int = 2) -> str:
     # Adding zero takes the sign off a zero.
     rounded = round(math.degrees(angle), digits) + 0.0
     return f"{rounded:.{digits}f}°".replace("-", "\N{MINUS SIGN}")
+
+
+# Animations as GIF files.
+#
+# matplotlib's own writer draws each frame as a whole, with a palette of its own: for the mechanisms
+# in ``config/`` it takes ten times as long, and its files have two to three times the size.
+
+FRAMES_PER_SECOND = 15
+RESOLUTION = 72.0  # dots per inch: small files
+COLOURS = 64  # few, for small files too
+NEARLY_WHITE = 248  # of 255; what is lighter becomes white
+
+
+@dataclass(frozen=True)
+class Movie:
+    """A motion of a mechanism, ready to be drawn.
+
+    Attributes:
+        skeleton: what is joined to what.
+        points: of the skeleton, frame by frame. Shape (n, k, 2) [m].
+        captions: what stands above each frame, n texts.
+        paths: of the points, sampled closely. Shape (m, k, 2) [m].
+        unit: of the axes.
+    """
+
+    skeleton: Skeleton
+    points: FloatArray
+    captions: tuple[str, ...]
+    paths: FloatArray
+    unit: LengthUnit
+
+
+def save_movie(movie: Movie, file: Path, on_frame: Callable[[], None] = lambda: None) -> None:
+    """Write a GIF that repeats without end.
+
+    Args:
+        movie: to be drawn.
+        file: path that ends in ``.gif``.
+        on_frame: called after each frame.
+
+    Raises:
+        OSError: if the file cannot be written.
+    """
+    colours = dict(movie.skeleton.traced)
+    lines = [
+        Line(points, colours[number], width=1.5, opacity=0.7)
+        if number in colours
+        else Line(points, INK, width=0.5, opacity=0.4)
+        for number, points in enumerate(movie.paths.swapaxes(0, 1))
+        if number not in movie.skeleton.pivots
+    ]
+    figure, axes = plane_figure(lines, movie.paths, movie.unit)
+    drawn = DrawnMechanism(axes, movie.skeleton, movie.points[0], movie.unit)
+    title = axes.set_title(movie.captions[0], fontsize=11)
+    # Parts that stand still are drawn once; only those that move are drawn again on top of them.
+    moved = [*drawn.move(movie.points[0]), title]
+    for artist in moved:
+        artist.set_animated(True)
+    canvas = FigureCanvasAgg(figure)
+    figure.set_dpi(RESOLUTION)
+    canvas.draw()
+    background = canvas.copy_from_bbox(figure.bbox)
+    images: list[Image.Image] = []
+    palette: Image.Image | None = None
+    for points, caption in zip(movie.points, movie.captions):
+        title.set_text(caption)
+        drawn.move(points)
+        canvas.restore_region(background)
+        for artist in moved:
+            axes.draw_artist(artist)
+        image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        # One palette without dithering lets frames differ only where something has moved.
+        palette = palette or _palette(image)
+        images.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
+        on_frame()
+    images[0].save(
+        file,
+        save_all=True,
+        append_images=images[1:],
+        duration=round(1000.0 / FRAMES_PER_SECOND),
+        loop=0,
+    )
+
+
+def _palette(image: Image.Image) -> Image.Image:
+    """Return an image whose palette suits ``image``, and whose lightest colour is white."""
+    reduced = image.quantize(COLOURS, Image.Quantize.MEDIANCUT)
+    colours = np.reshape(reduced.getpalette() or [], (-1, 3))
+    colours[(colours >= NEARLY_WHITE).all(axis=1)] = 255
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours.ravel().tolist())
+    return palette

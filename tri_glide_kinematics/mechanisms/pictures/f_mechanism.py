@@ -30,6 +30,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism import (
 from tri_glide_kinematics.mechanisms.pictures.drawing import (
     DrawnMechanism,
     LengthUnit,
+    Movie,
     angle_axis,
     angle_plots,
     degrees_text,
@@ -360,3 +361,23 @@ def _crank_circles(mechanism: FMechanism) -> list[Line]:
         Line(as_points(pivot + crank * circle), colour, width=0.6, opacity=0.6)
         for pivot, crank, colour in zip(linkage.pivots, linkage.cranks, CORNER_COLOURS)
     ]
+
+
+def f_mechanism_movie(branch: FMechanismTrace, title: str, frames: int) -> Movie:
+    """Return the motion along one branch, on through its turning points.
+
+    Args:
+        branch: of an overview.
+        title: of each frame, before its angles.
+        frames: their number; fewer if the branch has not as many samples.
+    """
+    curve = BranchCurve.of(branch)
+    shown = evenly(curve, frames)
+    crank = within_turn(curve.crank_angle)
+    captions = tuple(
+        f"{title}\ncrank {degrees_text(float(crank[index]), 1)}, "
+        f"platform {degrees_text(curve.angle[index], 1)}"
+        for index in shown
+    )
+    unit = LengthUnit.fitting(branch.linkage.size)
+    return Movie(F_MECHANISM, curve.points[shown], captions, curve.points, unit)

@@ -20,6 +20,7 @@ from tri_glide_kinematics.mechanisms.four_bar import (
 from tri_glide_kinematics.mechanisms.pictures.drawing import (
     DrawnMechanism,
     LengthUnit,
+    Movie,
     angle_axis,
     angle_plots,
     degrees_text,
@@ -203,3 +204,47 @@ def _mark_extremes(axes: Axes, linkage: FourBar, intervals: Sequence[FloatArray]
             zorder=5,
             label=f"{name}: {degrees_text(value)}",
         )
+
+
+def four_bar_movie(
+    linkage: FourBar,
+    coupler_point: tuple[float, float],
+    branch: Branch,
+    frames: int,
+    crank_angle: float | None = None,
+) -> Movie:
+    """Return the motion on one branch: all the way round, or to and fro between two limits.
+
+    Args:
+        linkage: to be drawn.
+        coupler_point: x from the crank pin towards the rocker pin, y to the left of it [m].
+        branch: to be followed.
+        frames: their number.
+        crank_angle: that lies between the two limits [rad]; by default that of
+            :func:`default_crank_angle`.
+
+    Raises:
+        CrankLimitError: if the linkage cannot be closed at the crank angle.
+    """
+    if crank_angle is None:
+        crank_angle = default_crank_angle(linkage)
+    # A linkage with one change point needs two turns to come back to its start.
+    turns = 2.0 if linkage.lengths.stretches != linkage.lengths.folds else 1.0
+    if linkage.crank_turns_fully:
+        shown = np.linspace(0.0, turns * math.tau, frames, endpoint=False)
+        path = np.linspace(0.0, turns * math.tau, SAMPLES)
+    else:
+        path = interval_around(linkage, crank_angle)
+        # The quarter keeps the way back off the frames of the way there.
+        phases = math.tau * (np.arange(frames) + 0.25) / frames
+        shown = 0.5 * (path[0] + path[-1]) - 0.5 * (path[-1] - path[0]) * np.cos(phases)
+    points, paths = (
+        skeleton_points(linkage, linkage.sweep(angles).branch(branch), coupler_point)
+        for angles in (shown, path)
+    )
+    captions = tuple(
+        f"Four-bar linkage, {branch.value} branch\ncrank {degrees_text(angle, 1)}"
+        for angle in shown.tolist()
+    )
+    unit = LengthUnit.fitting(linkage.lengths.longest)
+    return Movie(FOUR_BAR, points, captions, paths, unit)

@@ -18,13 +18,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismOv
 from tri_glide_kinematics.mechanisms.files import MechanismFile, load_mechanism
 from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
 from tri_glide_kinematics.mechanisms.pictures import f_mechanism, four_bar
-from tri_glide_kinematics.mechanisms.pictures.animation import (
-    Movie,
-    f_mechanism_movie,
-    four_bar_movie,
-    save_movie,
-)
-from tri_glide_kinematics.mechanisms.pictures.drawing import degrees_text
+from tri_glide_kinematics.mechanisms.pictures.drawing import Movie, degrees_text, save_movie
 
 RESOLUTION = 110.0  # dots per inch
 SHOWN_AFTER = 1.0  # a progress bar appears after so many seconds
@@ -159,7 +153,7 @@ def _of_f_mechanism(mechanism: FMechanism, choice: Choice) -> Pictures:
             "corners": lambda: f_mechanism.corners_figure(mechanism, overview, crank_angle),
         },
         f"branch_{number}",
-        lambda: f_mechanism_movie(overview.branches[number - 1], title, choice.frames),
+        lambda: f_mechanism.f_mechanism_movie(overview.branches[number - 1], title, choice.frames),
     )
 
 
@@ -188,7 +182,9 @@ def _of_four_bar(linkage: FourBar, coupler_point: tuple[float, float], choice: C
             "angles": lambda: four_bar.angles_figure(linkage),
         },
         branch.value,
-        lambda: four_bar_movie(linkage, coupler_point, branch, choice.frames, choice.crank_angle),
+        lambda: four_bar.four_bar_movie(
+            linkage, coupler_point, branch, choice.frames, choice.crank_angle
+        ),
     )
 
 
