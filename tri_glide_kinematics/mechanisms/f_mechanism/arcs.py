@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import itertools
 import math
 from collections.abc import Iterator
@@ -268,31 +269,28 @@ class Arc:
     end_tangent: Vector3
 
 
-@dataclass(frozen=True)
-class Turning:
-    """The drive reverses at ``point``."""
+class EventKind(enum.Enum):
+    """An event of a followed branch."""
 
-    point: Vector3
+    TURNING_POINT = "turning point"
+    BIFURCATION = "bifurcation"
+    SINGULAR = "singular"
+    END = "end of the range"
+    CLOSED = "closed"
 
 
-@dataclass(frozen=True)
-class Bifurcation:
-    """Two branches cross at ``point``; ``passable`` if the one followed goes on beyond it."""
+class Passed(NamedTuple):
+    """What happens at a ``point``: the drive reverses, branches cross, or no way on is unique.
 
+    The branch is ``passable`` if the walk can go on beyond it.
+    """
+
+    kind: EventKind
     point: Vector3
     passable: bool
 
 
-@dataclass(frozen=True)
-class Singular:
-    """There is no unique way on from ``point``."""
-
-    point: Vector3
-
-
-def follow(
-    curve: Curve, x: Vector3, sense: float, largest_step: float
-) -> Iterator[Arc | Turning | Bifurcation | Singular]:
+def follow(curve: Curve, x: Vector3, sense: float, largest_step: float) -> Iterator[Arc | Passed]:
     """Walk along the curve from ``x``; ``sense`` is +1 or -1 along ``Frame.tangent``.
 
     A start that is a turning point is not reported as one: ``sense`` tells to which side of it the
@@ -308,11 +306,11 @@ def follow(
         if count % _LEG == 0:
             stuck, covered = covered < _LEG_LENGTH, 0.0
         if frame is None or stuck:
-            yield Singular(frame.x if frame else x)
+            yield Passed(EventKind.SINGULAR, frame.x if frame else x, False)
             return
         ball = 1.0 / frame.across if frame.across else math.inf
         if ball < _SMALLEST_RADIUS:
-            yield Singular(frame.x)
+            yield Passed(EventKind.SINGULAR, frame.x, False)
             return
         if ball < min(_SUSPICIOUS_RADIUS, _NEARER * searched):
             searched = ball
@@ -331,7 +329,7 @@ def follow(
         advanced = _advance(curve, frame, sense, largest_step)
         following = curve.frame(*advanced[:2]) if advanced else None
         if advanced is None or following is None:
-            yield Singular(frame.x)
+            yield Passed(EventKind.SINGULAR, frame.x, False)
             return
         x, _, h, radius = advanced
         covered += abs(h)
@@ -346,7 +344,7 @@ def follow(
             at_point = curve.frame(point)
             tangent = scaled(at_point.tangent, sense) if at_point else start_tangent
             yield Arc(frame, 0.0, middle, radius, frame.x, point, start_tangent, tangent)
-            yield Turning(point)
+            yield Passed(EventKind.TURNING_POINT, point, True)
             yield Arc(frame, middle, h, radius, point, x, tangent, end_tangent)
         frame = following
         standing = False
@@ -378,7 +376,7 @@ def _advance(
 
 def _bifurcation_ahead(
     curve: Curve, frame: Frame, sense: float
-) -> tuple[tuple[Arc, Arc], Bifurcation, Frame, float] | None:
+) -> tuple[tuple[Arc, Arc], Passed, Frame, float] | None:
     """Step over a bifurcation just ahead, keeping the direction; None if there is none."""
     point = find_bifurcation(curve, frame.x, _LONGEST_PASSAGE)
     if point is None:
@@ -393,7 +391,7 @@ def _bifurcation_ahead(
     directions = branch_directions(curve, point)
     if directions is None:
         stay = _straight(frame.x, point, incoming, incoming)
-        return (stay, stay), Bifurcation(point, False), frame, sense
+        return (stay, stay), Passed(EventKind.BIFURCATION, point, False), frame, sense
     along = max(directions, key=lambda branch: abs(dot(branch, incoming)))
     along = scaled(along, math.copysign(1.0, dot(along, incoming)))
     # The branch is known once its bends are small against the angle between both branches.
@@ -409,7 +407,7 @@ def _bifurcation_ahead(
         _straight(frame.x, point, incoming, along),
         _straight(point, beyond.x, along, leaving),
     )
-    return arcs, Bifurcation(point, True), beyond, sense
+    return arcs, Passed(EventKind.BIFURCATION, point, True), beyond, sense
 
 
 def _straight(start: Vector3, end: Vector3, leaving: Vector3, arriving: Vector3) -> Arc:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import cmath
-import enum
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,8 +14,8 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism.arcs import (
     STANDSTILL,
     Arc,
-    Bifurcation,
-    Turning,
+    EventKind,
+    Passed,
     follow,
     leading_sense,
 )
@@ -50,16 +49,6 @@ class NotAPoseError(KinematicsError):
         )
         self.crank_angle = crank_angle
         self.gap = gap
-
-
-class EventKind(enum.Enum):
-    """An event of a followed branch."""
-
-    TURNING_POINT = "turning point"
-    BIFURCATION = "bifurcation"
-    SINGULAR = "singular"
-    END = "end of the range"
-    CLOSED = "closed"
 
 
 @dataclass(frozen=True)
@@ -396,14 +385,15 @@ class _Recorder:
     def event(self, kind: EventKind, x: Vector3) -> None:
         self.events.append((kind, x, self.samples))
 
-    def turning(self, x: Vector3) -> bool:
-        """Take a turning point; return whether the trace ends there."""
-        drift = math.remainder(x[2], self.options.period)
-        if abs(drift) < STANDSTILL and same_position(x, self.start, 10.0 * STANDSTILL):
-            self.event(EventKind.CLOSED, x)
-            return True
-        self.event(EventKind.TURNING_POINT, x)
-        return not self.options.through
+    def passed(self, item: Passed) -> bool:
+        """Take what happens at a point; return whether the trace ends there."""
+        kind, x, passable = item
+        if kind is EventKind.TURNING_POINT:
+            drift = math.remainder(x[2], self.options.period)
+            if abs(drift) < STANDSTILL and same_position(x, self.start, 10.0 * STANDSTILL):
+                kind, passable = EventKind.CLOSED, False
+        self.event(kind, x)
+        return not (self.options.through and passable)
 
     def arc(self, arc: Arc) -> bool:
         """Take the samples of an arc; return whether the trace ends in it."""
@@ -452,18 +442,8 @@ def trace_branch(curve: Curve, start: Vector3, options: TraceOptions) -> FMechan
         recorder.event(EventKind.END, start)
     elif options.through or not standing:
         for item in follow(curve, start, sense, options.largest_step):
-            if isinstance(item, Arc):
-                if recorder.arc(item):
-                    break
-            elif isinstance(item, Turning):
-                if recorder.turning(item.point):
-                    break
-            elif isinstance(item, Bifurcation):
-                recorder.event(EventKind.BIFURCATION, item.point)
-                if not (options.through and item.passable):
-                    break
-            else:
-                recorder.event(EventKind.SINGULAR, item.point)
+            if recorder.arc(item) if isinstance(item, Arc) else recorder.passed(item):
+                break
     return _assemble(recorder)
 
 

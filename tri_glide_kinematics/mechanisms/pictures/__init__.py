@@ -41,9 +41,6 @@ if TYPE_CHECKING:
         coupler_curve_figure as coupler_curve_figure,
     )
     from tri_glide_kinematics.mechanisms.pictures.four_bar import crank_angles as crank_angles
-    from tri_glide_kinematics.mechanisms.pictures.four_bar import (
-        default_crank_angle as default_crank_angle,
-    )
     from tri_glide_kinematics.mechanisms.pictures.four_bar import four_bar_movie as four_bar_movie
     from tri_glide_kinematics.mechanisms.pictures.four_bar import interval_around as interval_around
     from tri_glide_kinematics.mechanisms.pictures.picture_set import Choice as Choice
@@ -58,6 +55,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.pictures.skeleton import PURPLE as PURPLE
     from tri_glide_kinematics.mechanisms.pictures.skeleton import Skeleton as Skeleton
     from tri_glide_kinematics.mechanisms.pictures.skeleton import bounds as bounds
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import default_branch as default_branch
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import (
+        default_crank_angle as default_crank_angle,
+    )
     from tri_glide_kinematics.mechanisms.pictures.skeleton import side_by_side as side_by_side
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from tri_glide_kinematics.equal_numbers import SAME_ANGLE
 from tri_glide_kinematics.mechanisms.four_bar import (
-    AssembledFourBar,
     Branch,
     BranchSweep,
     CrankLimitError,
@@ -35,6 +34,7 @@ from tri_glide_kinematics.mechanisms.pictures.skeleton import (
     ORANGE,
     PURPLE,
     Line,
+    default_crank_angle,
     side_by_side,
 )
 from tri_glide_kinematics.picture_commands import LIMIT_STYLE
@@ -157,14 +157,6 @@ def angles_figure(linkage: FourBar) -> Figure:
     for axes in (upper, lower):
         legend_beside(axes)
     return figure
-
-
-def default_crank_angle(linkage: FourBar) -> float:
-    """Return the crank angle [rad] at which a linkage was given, or one that is no special one."""
-    if isinstance(linkage, AssembledFourBar):
-        return linkage.assembled_crank_angle
-    low, high = linkage.crank_ranges[0]
-    return low + 0.7 * (high - low)
 
 
 def _mark_limits(plots: Sequence[Axes], linkage: FourBar) -> None:

@@ -16,9 +16,10 @@ from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismOverview
 from tri_glide_kinematics.mechanisms.files import MechanismFile, load_mechanism
-from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
+from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
 from tri_glide_kinematics.mechanisms.pictures import f_mechanism, four_bar
 from tri_glide_kinematics.mechanisms.pictures.drawing import Movie, degrees_text, save_movie
+from tri_glide_kinematics.mechanisms.pictures.skeleton import default_branch
 
 RESOLUTION = 110.0  # dots per inch
 SHOWN_AFTER = 1.0  # a progress bar appears after so many seconds
@@ -159,11 +160,9 @@ def _of_f_mechanism(mechanism: FMechanism, choice: Choice) -> Pictures:
 
 def _of_four_bar(linkage: FourBar, coupler_point: tuple[float, float], choice: Choice) -> Pictures:
     branches = tuple(Branch)
+    branch = default_branch(linkage)
     if choice.branch is not None:
         branch = branches[_checked_branch(choice.branch, len(branches)) - 1]
-    else:
-        given = linkage.assembled_branch if isinstance(linkage, AssembledFourBar) else None
-        branch = given or Branch.OPEN
     limits = sorted({limit for ends in linkage.crank_ranges for limit in ends})
     crank = "turns fully" if linkage.crank_turns_fully else f"has its limits{_at(limits)}"
     extremes = linkage.transmission_extremes

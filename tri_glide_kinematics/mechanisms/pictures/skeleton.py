@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
 from tri_glide_kinematics.vectors import FloatArray
 
 # Colours that stay apart for colour-blind readers as well (Okabe and Ito).
@@ -100,6 +101,20 @@ class Line:
     width: float = 1.8
     opacity: float = 1.0
     joints: bool = False
+
+
+def default_crank_angle(linkage: FourBar) -> float:
+    """Return the crank angle [rad] at which a linkage was given, or one that is no special one."""
+    if isinstance(linkage, AssembledFourBar):
+        return linkage.assembled_crank_angle
+    low, high = linkage.crank_ranges[0]
+    return low + 0.7 * (high - low)
+
+
+def default_branch(linkage: FourBar) -> Branch:
+    """Return the branch on which a linkage was given, or the open one."""
+    given = linkage.assembled_branch if isinstance(linkage, AssembledFourBar) else None
+    return given or Branch.OPEN
 
 
 def side_by_side(*points: ArrayLike) -> FloatArray:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 
@@ -26,11 +25,12 @@ from tri_glide_interfaces.srv import SolveFMechanism, SolveFourBar, TraceFMechan
 from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.mechanisms import MechanismFile, four_bar
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, FourBar
+from tri_glide_kinematics.mechanisms.four_bar import FourBar
 from tri_glide_kinematics.mechanisms.pictures import (
     F_MECHANISM,
     FOUR_BAR,
-    Skeleton,
+    default_branch,
+    default_crank_angle,
     side_by_side,
 )
 from tri_glide_kinematics.panel.mechanisms.picture import (
@@ -92,52 +92,6 @@ def phase(label: str, value: float) -> Dimension:
     return Dimension(label, value, value - math.pi, value + math.pi, is_angle=True)
 
 
-class Questions(Protocol):
-    """Requests about one mechanism, and what is drawn of the answers.
-
-    Attributes:
-        dimensions: what a person may change; ``values`` below are theirs, in [m] and [rad].
-        crank_angle: to start from [rad].
-        key: of the position to start from.
-        skeleton: of the mechanism.
-        paths: indices of the points whose paths are drawn.
-    """
-
-    skeleton: Skeleton
-    paths: tuple[int, ...]
-    dimensions: tuple[Dimension, ...]
-    crank_angle: float
-    key: float
-
-    @property
-    def solve_service(self) -> Any:
-        """Type of the service that gives all positions at a crank angle."""
-
-    @property
-    def trace_service(self) -> Any:
-        """Type of the service that follows a branch."""
-
-    def pivots(self, values: Sequence[float]) -> FloatArray:
-        """Return the joints that do not move. Shape (k, 2) [m]."""
-
-    def solve_request(self, values: Sequence[float], crank_angle: float) -> Any:
-        """Ask for all positions at a crank angle [rad]."""
-
-    def positions(self, answer: Any) -> tuple[Position, ...]:
-        """Return the positions of an answer."""
-
-    def distance(self, key: float, other: float) -> float:
-        """Return how far apart two positions at one crank angle are."""
-
-    def trace_request(
-        self, values: Sequence[float], crank_angle: float, key: float, answer: Any
-    ) -> Any:
-        """Ask for the branch of the position ``key`` that was answered at a crank angle [rad]."""
-
-    def branch(self, request: Any, answer: Any) -> Branch | None:
-        """Return the branch of an answer, or none if it is a single position."""
-
-
 STEP = math.radians(0.5)  # of the crank, between two rows of a trace
 BRANCH_NAMES = {FourBarPose.OPEN: "open", FourBarPose.CROSSED: "crossed"}
 LIMIT = "The crank gets no farther"
@@ -146,7 +100,15 @@ ROCKER_ENDS = (FourBarDeadCentre.CRANK_COUPLER_STRETCHED, FourBarDeadCentre.CRAN
 
 
 class FourBarQuestions:
-    """The ``Questions`` about a four-bar linkage; the key of a position is its branch."""
+    """Requests about a four-bar linkage; the key of a position is its branch.
+
+    Attributes:
+        skeleton: of the mechanism.
+        paths: indices of the points whose paths are drawn.
+        dimensions: what a person may change; ``values`` below are theirs, in [m] and [rad].
+        crank_angle: to start from [rad].
+        key: of the position to start from.
+    """
 
     solve_service = SolveFourBar
     trace_service = TraceFourBar
@@ -166,14 +128,9 @@ class FourBarQuestions:
             coordinate("point along the coupler", x, size),
             coordinate("point beside the coupler", y, size),
         )
-        low, high = linkage.crank_ranges[0]
-        # In the middle of a full turn, the crank lies on the ground.
-        self.crank_angle = low + (high - low) * (0.7 if linkage.crank_turns_fully else 0.5)
-        self.key = float(FourBarPose.OPEN)
-        if isinstance(linkage, AssembledFourBar):
-            self.crank_angle = linkage.assembled_crank_angle
-            if linkage.assembled_branch is four_bar.Branch.CROSSED:
-                self.key = float(FourBarPose.CROSSED)
+        self.crank_angle = default_crank_angle(linkage)
+        crossed = default_branch(linkage) is four_bar.Branch.CROSSED
+        self.key = float(FourBarPose.CROSSED if crossed else FourBarPose.OPEN)
 
     def pivots(self, values: Sequence[float]) -> FloatArray:
         """Return the joints that do not move. Shape (2, 2) [m]."""
@@ -332,7 +289,10 @@ TURNS_FULLY = {
 
 
 class FMechanismQuestions:
-    """The ``Questions`` about an F-mechanism; the key of a position is its angle [rad]."""
+    """Requests about an F-mechanism; the key of a position is its angle [rad].
+
+    The attributes are those of ``FourBarQuestions``.
+    """
 
     solve_service = SolveFMechanism
     trace_service = TraceFMechanism
@@ -430,6 +390,9 @@ class FMechanismQuestions:
         joints = (*pose.crank_pins, *pose.platform_joints)
         points = np.array([*self._base, *((joint.x, joint.y) for joint in joints)])
         return Position(pose.angle, points, f"platform at {degrees_text(pose.angle)}")
+
+
+Questions = FourBarQuestions | FMechanismQuestions
 
 
 def _track(answer: TraceFMechanism.Response) -> Track:

@@ -105,7 +105,7 @@ class MechanismsTab:
             self._advanced_at = time
             self._turn(show, self.crank.value)
         if show.step(time):
-            self.drawing.draw(show.picture)
+            self.drawing.draw(show)
             self.words.content = _markdown(show)
 
     def follow_next(self) -> None:
