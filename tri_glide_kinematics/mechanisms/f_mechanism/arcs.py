@@ -14,9 +14,9 @@ import numpy as np
 from tri_glide_kinematics.mechanisms.f_mechanism.curve import (
     Curve,
     Frame,
-    Gradients,
     ahead,
 )
+from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import RodJacobian
 from tri_glide_kinematics.vectors import FloatArray, Vector3, cross, dot, minus, scaled
 
 # How far the curve of positions is proven to be one arc: a tube about its tangent.
@@ -114,9 +114,9 @@ def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, floa
         The point, and its tangential coordinate in ``frame``.
     """
     low, high = 0.0, end
-    at_low = _drive_slope(curve.gradients(frame.x))
+    at_low = curve.gradients(frame.x).determinant
     corrected = curve.correct(frame, end)
-    at_high = _drive_slope(corrected[1]) if corrected else -at_low
+    at_high = corrected[1].determinant if corrected else -at_low
     x = frame.x
     for _ in range(_BISECTIONS):
         if abs(high - low) < 1e-13:
@@ -129,7 +129,7 @@ def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, floa
         if corrected is None:
             break
         x, at = corrected
-        slope = _drive_slope(at)
+        slope = at.determinant
         # Halving the value at the end that stays (Illinois) keeps the secant from creeping.
         if (slope > 0.0) == (at_low > 0.0):
             low, at_low, at_high = h, slope, 0.5 * at_high
@@ -137,11 +137,6 @@ def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, floa
             high, at_high, at_low = h, slope, 0.5 * at_low
     x = _polish_turning_point(curve, x)
     return x, dot(minus(x, frame.x), frame.tangent)
-
-
-def _drive_slope(at: Gradients) -> float:
-    """Drive component of the tangent, times a positive factor."""
-    return at.b[0] * at.c[1] - at.b[1] * at.c[0]
 
 
 def _polish_turning_point(curve: Curve, x: Vector3) -> Vector3:
@@ -155,7 +150,7 @@ def _polish_turning_point(curve: Curve, x: Vector3) -> Vector3:
             h_b[0] * at.c[1] + at.b[0] * h_c[1] - h_b[1] * at.c[0] - at.b[1] * h_c[0]
         ) / scale
         matrix = np.array([at.b, at.c, slope_gradient])
-        gaps = np.array([at.gap_b, at.gap_c, _drive_slope(at) / scale])
+        gaps = np.array([at.gap_b, at.gap_c, at.determinant / scale])
         if abs(np.linalg.det(matrix)) < 1e-12 * scale**3:
             break
         step = np.linalg.solve(matrix, gaps)
@@ -363,7 +358,7 @@ def leading_sense(first: Frame) -> float:
 
 def _advance(
     curve: Curve, frame: Frame, sense: float, largest_step: float
-) -> tuple[Vector3, Gradients, float, float] | None:
+) -> tuple[Vector3, RodJacobian, float, float] | None:
     """Next point, its gradients, its signed tangential coordinate and the radius of the tube."""
     step, radius, _ = tube(frame, largest_step)
     for _ in range(_HALVINGS):

@@ -20,6 +20,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     CrankPins,
     Linkage,
     Number,
+    RodJacobian,
     pins_at,
     rod_jacobian,
 )
@@ -49,15 +50,6 @@ class Drive:
         """Crank angles of A, B, C at ``s`` [rad], a number or an array."""
         (a, b, c), (rate_a, rate_b, rate_c) = self.start, self.rates
         return a + rate_a * s, b + rate_b * s, c + rate_c * s
-
-
-class Gradients(NamedTuple):
-    """Values [m^2] and gradients of the two rod equations at a point."""
-
-    gap_b: float
-    gap_c: float
-    b: Vector3
-    c: Vector3
 
 
 class Frame(NamedTuple):
@@ -134,16 +126,10 @@ class Curve:
         pins = pins_at(self._centred, self.drive.crank_angles(s), self.drive.rates)
         return cmath.rect(self.linkage.rods[0], alpha), cmath.rect(1.0, phi), pins
 
-    def gradients(self, x: Vector3) -> Gradients:
-        """Rod equations and their gradients."""
+    def gradients(self, x: Vector3) -> RodJacobian:
+        """Rod equations and their gradients; ``drive`` is s."""
         v, z, pins = self._at(x)
-        at = rod_jacobian(self._centred, pins, z, v)
-        return Gradients(
-            at.gap_b,
-            at.gap_c,
-            (at.rod_b, at.turn_b, at.drive_b),
-            (at.rod_c, at.turn_c, at.drive_c),
-        )
+        return rod_jacobian(self._centred, pins, z, v)
 
     def hessians(self, x: Vector3) -> FloatArray:
         """Second derivatives of both rod equations, shape (2, 3, 3)."""
@@ -160,7 +146,7 @@ class Curve:
             ]
         )
 
-    def frame(self, x: Vector3, at: Gradients | None = None) -> Frame | None:
+    def frame(self, x: Vector3, at: RodJacobian | None = None) -> Frame | None:
         """Tangent, normals and bounds at a point of the curve; None where it is singular."""
         at = self.gradients(x) if at is None else at
         b, c = at.b, at.c
@@ -197,7 +183,7 @@ class Curve:
             math.hypot(third_1, third_2),
         )
 
-    def correct(self, frame: Frame, h: float) -> tuple[Vector3, Gradients] | None:
+    def correct(self, frame: Frame, h: float) -> tuple[Vector3, RodJacobian] | None:
         """Point of the curve in the plane at the tangential coordinate ``h`` of ``frame``."""
         y1, y2 = 0.5 * h * h * frame.curvature[0], 0.5 * h * h * frame.curvature[1]
         for _ in range(_ITERATIONS):
@@ -206,8 +192,9 @@ class Curve:
             at = self.gradients(x)
             if max(abs(at.gap_b), abs(at.gap_c)) <= self._tolerance:
                 return x, at
-            b1, b2 = dot(at.b, frame.normal_1), dot(at.b, frame.normal_2)
-            c1, c2 = dot(at.c, frame.normal_1), dot(at.c, frame.normal_2)
+            b, c = at.b, at.c
+            b1, b2 = dot(b, frame.normal_1), dot(b, frame.normal_2)
+            c1, c2 = dot(c, frame.normal_1), dot(c, frame.normal_2)
             determinant = b1 * c2 - b2 * c1
             if determinant == 0.0:
                 return None

@@ -152,6 +152,16 @@ class RodJacobian(NamedTuple):
     drive_c: Number
     determinant: Number
 
+    @property
+    def b(self) -> tuple[Number, Number, Number]:
+        """Gradient of the rod equation of B."""
+        return self.rod_b, self.turn_b, self.drive_b
+
+    @property
+    def c(self) -> tuple[Number, Number, Number]:
+        """Gradient of the rod equation of C."""
+        return self.rod_c, self.turn_c, self.drive_c
+
 
 def rod_jacobian(linkage: Linkage, pins: CrankPins, z: Number, v: Number) -> RodJacobian:
     """Evaluate the rod equations of B and C with all first derivatives."""

@@ -61,8 +61,8 @@ class LoopConstants:
         coupler_less_rocker: b^2 - c^2.
         ground_less_crank: d^2 - a^2.
         offset_x: d - a, in [m].
-        scale_x: from 4 a d sin^2(phi/2) to 2 a sin^2(phi/2), in [m].
-        scale_y: from 2 a d sin(phi) to a sin(phi), in [m].
+        scale: from 4 a d sin^2(phi/2) to 2 a sin^2(phi/2), and from 2 a d sin(phi) to a sin(phi),
+            in [m].
         ground: d, in [m].
         coupler: b.
         kite_scale: from 4 a^2 to half the longest link, in [m]; of meaning only for a kite.
@@ -81,8 +81,7 @@ class LoopConstants:
     coupler_less_rocker: FloatArray
     ground_less_crank: FloatArray
     offset_x: FloatArray
-    scale_x: FloatArray
-    scale_y: FloatArray
+    scale: FloatArray
     ground: FloatArray
     coupler: float
     kite_scale: float
@@ -106,8 +105,7 @@ class LoopConstants:
             coupler_less_rocker=constant((b - c) * (b + c)),
             ground_less_crank=constant((d - a) * (d + a)),
             offset_x=constant(size * (d - a)),
-            scale_x=constant(0.5 * size / d),
-            scale_y=constant(0.5 * size / d),
+            scale=constant(0.5 * size / d),
             ground=constant(size * d),
             coupler=b,
             kite_scale=0.25 * size / a,
@@ -212,9 +210,9 @@ def _close_chunk(
     add(sin2, k.folded_gap, to_folded)  # g^2 - (b - c)^2
     add(sin2, k.least_diagonal, inverse)
     divide(_HALF, inverse, inverse)  # 1 / (2 g^2)
-    multiply(sin2, k.scale_x, gx)
+    multiply(sin2, k.scale, gx)
     add(gx, k.offset_x, gx)
-    multiply(slope, k.scale_y, pin_y)
+    multiply(slope, k.scale, pin_y)
     on_limit = _snap_to_limits(k, slope, squares, gaps) if k.is_limited else None
 
     # R, M = (g^2)'/R and M'.
