@@ -119,7 +119,7 @@ def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, floa
     at_high = corrected[1].determinant if corrected else -at_low
     x = frame.x
     for _ in range(_BISECTIONS):
-        if abs(high - low) < 1e-13:
+        if abs(high - low) < 1e-15:
             break
         spread = at_low - at_high
         h = low + (high - low) * at_low / spread if spread else low
@@ -135,29 +135,7 @@ def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, floa
             low, at_low, at_high = h, slope, 0.5 * at_high
         else:
             high, at_high, at_low = h, slope, 0.5 * at_low
-    x = _polish_turning_point(curve, x)
     return x, dot(minus(x, frame.x), frame.tangent)
-
-
-def _polish_turning_point(curve: Curve, x: Vector3) -> Vector3:
-    """Newton's method on both rod equations and the determinant that vanishes with them."""
-    best = np.array(x)
-    scale = curve.linkage.size**2
-    for _ in range(3):
-        at = curve.gradients((best[0], best[1], best[2]))
-        h_b, h_c = curve.hessians((best[0], best[1], best[2]))
-        slope_gradient = (
-            h_b[0] * at.c[1] + at.b[0] * h_c[1] - h_b[1] * at.c[0] - at.b[1] * h_c[0]
-        ) / scale
-        matrix = np.array([at.b, at.c, slope_gradient])
-        gaps = np.array([at.gap_b, at.gap_c, at.determinant / scale])
-        if abs(np.linalg.det(matrix)) < 1e-12 * scale**3:
-            break
-        step = np.linalg.solve(matrix, gaps)
-        if np.max(np.abs(step)) > 1e-4:
-            break
-        best = best - step
-    return float(best[0]), float(best[1]), float(best[2])
 
 
 def find_bifurcation(curve: Curve, start: Vector3, reach: float) -> Vector3 | None:
