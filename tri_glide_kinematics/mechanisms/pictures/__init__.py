@@ -53,7 +53,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.pictures.skeleton import INK as INK
     from tri_glide_kinematics.mechanisms.pictures.skeleton import ORANGE as ORANGE
     from tri_glide_kinematics.mechanisms.pictures.skeleton import PURPLE as PURPLE
-    from tri_glide_kinematics.mechanisms.pictures.skeleton import Skeleton as Skeleton
     from tri_glide_kinematics.mechanisms.pictures.skeleton import bounds as bounds
     from tri_glide_kinematics.mechanisms.pictures.skeleton import default_branch as default_branch
     from tri_glide_kinematics.mechanisms.pictures.skeleton import (

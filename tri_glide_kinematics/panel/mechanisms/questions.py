@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -179,15 +180,9 @@ class FourBarQuestions:
     def branch(self, request: TraceFourBar.Request, answer: TraceFourBar.Response) -> Branch | None:
         """Return the branch of an answer, or none if it is a single position."""
         angles = np.array(answer.crank_angle)
-        pins = np.stack([answer.rocker_pin_x, answer.rocker_pin_y], axis=1)
+        crank_pins, pins, coupler_points = _ways(answer, "crank_pin", "rocker_pin", "coupler_point")
         crank_pivot, rocker_pivot = self._pivots(request.linkage.ground)
-        points = side_by_side(
-            crank_pivot,
-            np.stack([answer.crank_pin_x, answer.crank_pin_y], axis=1),
-            pins,
-            rocker_pivot,
-            np.stack([answer.coupler_point_x, answer.coupler_point_y], axis=1),
-        )
+        points = side_by_side(crank_pivot, crank_pins, pins, rocker_pivot, coupler_points)
         # A row on a limit may lie beyond it by rounding.
         known = np.isfinite(pins).all(axis=1)
         angles, pins, points = angles[known], pins[known], points[known]
@@ -195,9 +190,9 @@ class FourBarQuestions:
             return None
         full = answer.properties.crank_turns_fully
         ends = () if full else (0, -1)
-        marks = [Mark(_pair(pins[row]), LIMIT, float(angles[row])) for row in ends]
-        marks += [
-            Mark(_place_at(centre.crank_angle, angles, pins), ROCKER_END, centre.crank_angle)
+        events = [(LIMIT, float(angles[row])) for row in ends]
+        events += [
+            (ROCKER_END, centre.crank_angle)
             for centre in answer.properties.dead_centres
             if centre.kind in ROCKER_ENDS
             and centre.branch in (request.branch, FourBarPose.BOTH)
@@ -206,7 +201,7 @@ class FourBarQuestions:
         return Branch(
             Track(angles, np.full(angles.size, float(request.branch)), closed=full),
             points,
-            tuple(marks),
+            tuple(Mark(_place_at(angle, angles, pins), kind, angle) for kind, angle in events),
             _words(answer),
         )
 
@@ -225,13 +220,25 @@ class FourBarQuestions:
         )
 
 
+def _ways(answer: Any, *names: str) -> list[FloatArray]:
+    """Return the ways of points along a branch, shape (n, 2) each [m]."""
+    return [
+        np.stack([getattr(answer, f"{name}_x"), getattr(answer, f"{name}_y")], axis=1)
+        for name in names
+    ]
+
+
+def _places(*points: Point2) -> FloatArray:
+    return np.array([(point.x, point.y) for point in points])
+
+
 def _point(values: Sequence[float]) -> Point2:
     return Point2(x=values[4], y=values[5])
 
 
 def _four_bar_position(pose: FourBarPose) -> Position:
     joints = (pose.crank_pivot, pose.crank_pin, pose.rocker_pin, pose.rocker_pivot)
-    points = np.array([(joint.x, joint.y) for joint in (*joints, pose.coupler_point)])
+    points = _places(*joints, pose.coupler_point)
     text = (
         f"{BRANCH_NAMES[pose.branch]}, transmission angle {degrees_text(pose.transmission_angle)}"
     )
@@ -240,25 +247,20 @@ def _four_bar_position(pose: FourBarPose) -> Position:
 
 def _range_around(crank_angle: float, answer: SolveFourBar.Response) -> tuple[float, float]:
     """Return the crank's limits around a crank angle [rad]."""
+
+    def beyond(ends: tuple[float, float]) -> float:
+        middle, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
+        return max(0.0, abs(math.remainder(crank_angle - middle, math.tau)) - half)
+
     properties = answer.properties
-    ranges = list(zip(properties.crank_range_begin, properties.crank_range_end))
-    for low, high in ranges:
-        if (crank_angle - low) % math.tau <= high - low:
-            return low, high
-    # On a limit, by rounding beyond it.
-    return min(
-        ranges,
-        key=lambda ends: min(abs(math.remainder(crank_angle - end, math.tau)) for end in ends),
-    )
+    # On a limit, it may be beyond it by rounding.
+    return min(zip(properties.crank_range_begin, properties.crank_range_end), key=beyond)
 
 
 def _place_at(crank_angle: float, angles: FloatArray, pins: FloatArray) -> Point:
     offsets = np.abs(np.remainder(angles - crank_angle + math.pi, math.tau) - math.pi)
-    return _pair(pins[int(offsets.argmin())])
-
-
-def _pair(point: FloatArray) -> Point:
-    return float(point[0]), float(point[1])
+    x, y = pins[int(offsets.argmin())].tolist()
+    return x, y
 
 
 def _words(answer: TraceFourBar.Response) -> str:
@@ -364,10 +366,7 @@ class FMechanismQuestions:
         del request
         if len(answer.crank_angle) < 2:
             return None
-        moving = [
-            np.stack([getattr(answer, f"{name}_x"), getattr(answer, f"{name}_y")], axis=1)
-            for name in ("a1", "b1", "c1", "a2", "b2", "c2")
-        ]
+        moving = _ways(answer, "a1", "b1", "c1", "a2", "b2", "c2")
         return Branch(
             _track(answer),
             side_by_side(*self._base, *moving),
@@ -387,8 +386,7 @@ class FMechanismQuestions:
         )
 
     def _position(self, pose: FMechanismPose) -> Position:
-        joints = (*pose.crank_pins, *pose.platform_joints)
-        points = np.array([*self._base, *((joint.x, joint.y) for joint in joints)])
+        points = np.concatenate([self._base, _places(*pose.crank_pins, *pose.platform_joints)])
         return Position(pose.angle, points, f"platform at {degrees_text(pose.angle)}")
 
 
