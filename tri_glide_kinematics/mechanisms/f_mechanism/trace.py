@@ -183,15 +183,10 @@ def straight_drive(
     Returns:
         The drive, and the value of s at which the change is complete.
     """
-    speeds = linkage.speeds
-    changes = (
-        change[0],
-        speeds[1] * change[0] + change[1],
-        speeds[2] * change[0] + change[2],
-    )
-    length = max(abs(change[0]), abs(change[1]), abs(change[2]))
-    rates = [part / length for part in changes] if length else [0.0, 0.0, 0.0]
-    return Drive(linkage.crank_angles(crank_angle), (rates[0], rates[1], rates[2])), length
+    length = max(map(abs, change))
+    turned = np.add(np.multiply(linkage.speeds, change[0]), (0.0, *change[1:]))
+    rate_a, rate_b, rate_c = (turned / (length or 1.0)).tolist()
+    return Drive(linkage.crank_angles(crank_angle), (rate_a, rate_b, rate_c)), length
 
 
 def starting_point(curve: Curve, angle: float, origin: complex) -> Vector3:
@@ -303,9 +298,8 @@ def _on_arc(arcs: Sequence[Arc], which: NDArray[np.int64], points: FloatArray) -
     """Whether points lie in the tube of their arc and between its ends."""
     centre = np.array([arc.frame.x if arc.frame else arc.start for arc in arcs])[which]
     tangent = np.array([arc.frame.tangent if arc.frame else (0.0, 0.0, 0.0) for arc in arcs])[which]
-    radius, low, high = np.array([(arc.radius, *sorted((arc.low, arc.high))) for arc in arcs])[
-        which
-    ].T
+    limits = np.array([(arc.radius, *sorted((arc.low, arc.high))) for arc in arcs])[which]
+    radius, low, high = limits.T
     offset = points - centre
     along = np.sum(offset * tangent, axis=1)
     aside = np.sum(offset * offset, axis=1) - along * along
