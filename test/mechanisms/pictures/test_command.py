@@ -16,7 +16,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.pictures import (
     Choice,
     DrawingError,
-    animation,
+    drawing,
     picture_set,
     pictures_of,
 )
@@ -186,7 +186,7 @@ def test_an_interrupted_run_leaves_older_pictures_alone(capsys, tmp_path, monkey
     assert signal.getsignal(signal.SIGINT) is handler
     assert older.read_text() == "older"
     assert {file.suffix for file in tmp_path.iterdir()} == {".png", ".gif"}
-    assert animation.save_movie is not interrupt
+    assert drawing.save_movie is not interrupt
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
     Cubic,
     closure,
     derivatives,
+    row_roots,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve
 from tri_glide_kinematics.mechanisms.f_mechanism.positions import (
@@ -24,8 +25,6 @@ from tri_glide_kinematics.mechanisms.f_mechanism.positions import (
     solve_batch,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import Linkage, direction, pins_at
-from tri_glide_kinematics.mechanisms.f_mechanism.roots import row_roots
-from tri_glide_kinematics.mechanisms.f_mechanism.sampling import uniform_stations
 from tri_glide_kinematics.mechanisms.f_mechanism.trace import (
     FMechanismTrace,
     TraceOptions,
@@ -193,10 +192,9 @@ def _whole_branch(
         drive, _ = straight_drive(linkage, crank_angle, (sense, 0.0, 0.0))
         curve = Curve(linkage, drive)
         offset = math.remainder(-sense * crank_angle, spacing)
+        most = round(2.0 * math.pi * _MOST_TURNS / spacing)
         options = TraceOptions(
-            stations=uniform_stations(offset, spacing),
-            low=-2.0 * math.pi * _MOST_TURNS,
-            high=2.0 * math.pi * _MOST_TURNS,
+            stations=offset + spacing * np.arange(-most, most + 1, dtype=np.float64),
             through=True,
             period=2.0 * math.pi,
             largest_step=_LARGEST_STEP,

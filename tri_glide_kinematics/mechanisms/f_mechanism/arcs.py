@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import itertools
 import math
 from collections.abc import Iterator
@@ -13,10 +14,10 @@ import numpy as np
 from tri_glide_kinematics.mechanisms.f_mechanism.curve import (
     Curve,
     Frame,
-    Gradients,
-    Symmetric,
+    ahead,
 )
-from tri_glide_kinematics.vectors import FloatArray, Vector3, dot, minus, scaled
+from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import RodJacobian
+from tri_glide_kinematics.vectors import FloatArray, Vector3, cross, dot, minus, scaled
 
 # How far the curve of positions is proven to be one arc: a tube about its tangent.
 
@@ -113,12 +114,12 @@ def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, floa
         The point, and its tangential coordinate in ``frame``.
     """
     low, high = 0.0, end
-    at_low = _drive_slope(curve.gradients(frame.x))
+    at_low = curve.gradients(frame.x).determinant
     corrected = curve.correct(frame, end)
-    at_high = _drive_slope(corrected[1]) if corrected else -at_low
+    at_high = corrected[1].determinant if corrected else -at_low
     x = frame.x
     for _ in range(_BISECTIONS):
-        if abs(high - low) < 1e-13:
+        if abs(high - low) < 1e-15:
             break
         spread = at_low - at_high
         h = low + (high - low) * at_low / spread if spread else low
@@ -128,41 +129,13 @@ def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, floa
         if corrected is None:
             break
         x, at = corrected
-        slope = _drive_slope(at)
+        slope = at.determinant
         # Halving the value at the end that stays (Illinois) keeps the secant from creeping.
         if (slope > 0.0) == (at_low > 0.0):
             low, at_low, at_high = h, slope, 0.5 * at_high
         else:
             high, at_high, at_low = h, slope, 0.5 * at_low
-    x = _polish_turning_point(curve, x)
-    difference = (x[0] - frame.x[0], x[1] - frame.x[1], x[2] - frame.x[2])
-    return x, dot(difference, frame.tangent)
-
-
-def _drive_slope(at: Gradients) -> float:
-    """Drive component of the tangent, times a positive factor."""
-    return at.b[0] * at.c[1] - at.b[1] * at.c[0]
-
-
-def _polish_turning_point(curve: Curve, x: Vector3) -> Vector3:
-    """Newton's method on both rod equations and the determinant that vanishes with them."""
-    best = np.array(x)
-    scale = curve.linkage.size**2
-    for _ in range(3):
-        at = curve.gradients((best[0], best[1], best[2]))
-        h_b, h_c = (_matrix(h) for h in curve.hessians((best[0], best[1], best[2])))
-        slope_gradient = (
-            h_b[0] * at.c[1] + at.b[0] * h_c[1] - h_b[1] * at.c[0] - at.b[1] * h_c[0]
-        ) / scale
-        matrix = np.array([at.b, at.c, slope_gradient])
-        gaps = np.array([at.gap_b, at.gap_c, _drive_slope(at) / scale])
-        if abs(np.linalg.det(matrix)) < 1e-12 * scale**3:
-            break
-        step = np.linalg.solve(matrix, gaps)
-        if np.max(np.abs(step)) > 1e-4:
-            break
-        best = best - step
-    return float(best[0]), float(best[1]), float(best[2])
+    return x, dot(minus(x, frame.x), frame.tangent)
 
 
 def find_bifurcation(curve: Curve, start: Vector3, reach: float) -> Vector3 | None:
@@ -179,7 +152,7 @@ def find_bifurcation(curve: Curve, start: Vector3, reach: float) -> Vector3 | No
     for _ in range(_ITERATIONS):
         point = (float(x[0]), float(x[1]), float(x[2]))
         at = curve.gradients(point)
-        h_b, h_c = (_matrix(h) / scale for h in curve.hessians(point))
+        h_b, h_c = curve.hessians(point) / scale
         b, c = np.array(at.b) / scale, np.array(at.c) / scale
         cosine, sine = math.cos(mix), math.sin(mix)
         residual = np.concatenate([[at.gap_b / scale, at.gap_c / scale], cosine * b + sine * c])
@@ -207,7 +180,7 @@ def branch_directions(curve: Curve, x: Vector3) -> tuple[Vector3, Vector3] | Non
     at = curve.gradients(x)
     scale = curve.linkage.size**2
     left, _, right = np.linalg.svd(np.array([at.b, at.c]) / scale)
-    h_b, h_c = (_matrix(h) / scale for h in curve.hessians(x))
+    h_b, h_c = curve.hessians(x) / scale
     plane = right[1:]
     form = plane @ (left[0, 1] * h_b + left[1, 1] * h_c) @ plane.T
     values, vectors = np.linalg.eigh(form)
@@ -222,11 +195,6 @@ def branch_directions(curve: Curve, x: Vector3) -> tuple[Vector3, Vector3] | Non
 def _unit(vector: FloatArray) -> Vector3:
     x, y, z = (vector / np.linalg.norm(vector)).tolist()
     return x, y, z
-
-
-def _matrix(symmetric: Symmetric) -> FloatArray:
-    m00, m11, m22, m01, m02, m12 = symmetric
-    return np.array([[m00, m01, m02], [m01, m11, m12], [m02, m12, m22]])
 
 
 # The walk from arc to arc.
@@ -274,31 +242,28 @@ class Arc:
     end_tangent: Vector3
 
 
-@dataclass(frozen=True)
-class Turning:
-    """The drive reverses at ``point``."""
+class EventKind(enum.Enum):
+    """An event of a followed branch."""
 
-    point: Vector3
+    TURNING_POINT = "turning point"
+    BIFURCATION = "bifurcation"
+    SINGULAR = "singular"
+    END = "end of the range"
+    CLOSED = "closed"
 
 
-@dataclass(frozen=True)
-class Bifurcation:
-    """Two branches cross at ``point``; ``passable`` if the one followed goes on beyond it."""
+class Passed(NamedTuple):
+    """What happens at a ``point``: the drive reverses, branches cross, or no way on is unique.
 
+    The branch is ``passable`` if the walk can go on beyond it.
+    """
+
+    kind: EventKind
     point: Vector3
     passable: bool
 
 
-@dataclass(frozen=True)
-class Singular:
-    """There is no unique way on from ``point``."""
-
-    point: Vector3
-
-
-def follow(
-    curve: Curve, x: Vector3, sense: float, largest_step: float
-) -> Iterator[Arc | Turning | Bifurcation | Singular]:
+def follow(curve: Curve, x: Vector3, sense: float, largest_step: float) -> Iterator[Arc | Passed]:
     """Walk along the curve from ``x``; ``sense`` is +1 or -1 along ``Frame.tangent``.
 
     A start that is a turning point is not reported as one: ``sense`` tells to which side of it the
@@ -314,11 +279,11 @@ def follow(
         if count % _LEG == 0:
             stuck, covered = covered < _LEG_LENGTH, 0.0
         if frame is None or stuck:
-            yield Singular(frame.x if frame else x)
+            yield Passed(EventKind.SINGULAR, frame.x if frame else x, False)
             return
         ball = 1.0 / frame.across if frame.across else math.inf
         if ball < _SMALLEST_RADIUS:
-            yield Singular(frame.x)
+            yield Passed(EventKind.SINGULAR, frame.x, False)
             return
         if ball < min(_SUSPICIOUS_RADIUS, _NEARER * searched):
             searched = ball
@@ -337,7 +302,7 @@ def follow(
         advanced = _advance(curve, frame, sense, largest_step)
         following = curve.frame(*advanced[:2]) if advanced else None
         if advanced is None or following is None:
-            yield Singular(frame.x)
+            yield Passed(EventKind.SINGULAR, frame.x, False)
             return
         x, _, h, radius = advanced
         covered += abs(h)
@@ -352,7 +317,7 @@ def follow(
             at_point = curve.frame(point)
             tangent = scaled(at_point.tangent, sense) if at_point else start_tangent
             yield Arc(frame, 0.0, middle, radius, frame.x, point, start_tangent, tangent)
-            yield Turning(point)
+            yield Passed(EventKind.TURNING_POINT, point, True)
             yield Arc(frame, middle, h, radius, point, x, tangent, end_tangent)
         frame = following
         standing = False
@@ -371,7 +336,7 @@ def leading_sense(first: Frame) -> float:
 
 def _advance(
     curve: Curve, frame: Frame, sense: float, largest_step: float
-) -> tuple[Vector3, Gradients, float, float] | None:
+) -> tuple[Vector3, RodJacobian, float, float] | None:
     """Next point, its gradients, its signed tangential coordinate and the radius of the tube."""
     step, radius, _ = tube(frame, largest_step)
     for _ in range(_HALVINGS):
@@ -382,15 +347,9 @@ def _advance(
     return None
 
 
-def ahead(frame: Frame, h: float) -> Vector3:
-    """Point on the tangent of ``frame`` at ``h``."""
-    (x0, x1, x2), (t0, t1, t2) = frame.x, frame.tangent
-    return x0 + h * t0, x1 + h * t1, x2 + h * t2
-
-
 def _bifurcation_ahead(
     curve: Curve, frame: Frame, sense: float
-) -> tuple[tuple[Arc, Arc], Bifurcation, Frame, float] | None:
+) -> tuple[tuple[Arc, Arc], Passed, Frame, float] | None:
     """Step over a bifurcation just ahead, keeping the direction; None if there is none."""
     point = find_bifurcation(curve, frame.x, _LONGEST_PASSAGE)
     if point is None:
@@ -405,7 +364,7 @@ def _bifurcation_ahead(
     directions = branch_directions(curve, point)
     if directions is None:
         stay = _straight(frame.x, point, incoming, incoming)
-        return (stay, stay), Bifurcation(point, False), frame, sense
+        return (stay, stay), Passed(EventKind.BIFURCATION, point, False), frame, sense
     along = max(directions, key=lambda branch: abs(dot(branch, incoming)))
     along = scaled(along, math.copysign(1.0, dot(along, incoming)))
     # The branch is known once its bends are small against the angle between both branches.
@@ -421,7 +380,7 @@ def _bifurcation_ahead(
         _straight(frame.x, point, incoming, along),
         _straight(point, beyond.x, along, leaving),
     )
-    return arcs, Bifurcation(point, True), beyond, sense
+    return arcs, Passed(EventKind.BIFURCATION, point, True), beyond, sense
 
 
 def _straight(start: Vector3, end: Vector3, leaving: Vector3, arriving: Vector3) -> Arc:
@@ -438,12 +397,7 @@ def _land_beyond(
     )
     first = minus(axis, scaled(along, dot(axis, along)))
     first = scaled(first, 1.0 / math.sqrt(dot(first, first)))
-    second = (
-        along[1] * first[2] - along[2] * first[1],
-        along[2] * first[0] - along[0] * first[2],
-        along[0] * first[1] - along[1] * first[0],
-    )
-    plane = Frame(point, along, first, second, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
+    plane = Frame(point, along, first, cross(along, first), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
     corrected = curve.correct(plane, length)
     if corrected is None or math.dist(corrected[0], ahead(plane, length)) > tolerance * length:
         return None

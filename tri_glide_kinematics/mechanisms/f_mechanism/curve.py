@@ -11,15 +11,20 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import Linkage, Number
-from tri_glide_kinematics.vectors import Vector3, dot
+import numpy as np
 
-# Symmetric matrix: entries 00, 11, 22, 01, 02, 12.
-Symmetric = tuple[float, float, float, float, float, float]
+from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
+    CrankPins,
+    Linkage,
+    Number,
+    RodJacobian,
+    pins_at,
+    rod_jacobian,
+)
+from tri_glide_kinematics.vectors import FloatArray, Vector3, combined, cross, dot, minus, scaled
 
 # Gap of the rod equations relative to the square of the size at which a point is on the curve; with
 # rods that are short against the size it is relative to the size and the reach.
@@ -45,15 +50,6 @@ class Drive:
         """Crank angles of A, B, C at ``s`` [rad], a number or an array."""
         (a, b, c), (rate_a, rate_b, rate_c) = self.start, self.rates
         return a + rate_a * s, b + rate_b * s, c + rate_c * s
-
-
-class Gradients(NamedTuple):
-    """Values [m^2] and gradients of the two rod equations at a point."""
-
-    gap_b: float
-    gap_c: float
-    b: Vector3
-    c: Vector3
 
 
 class Frame(NamedTuple):
@@ -94,9 +90,10 @@ class Curve:
         self.linkage = linkage
         self.drive = drive
         a0, b0, c0 = linkage.pivots
-        self._offset_b, self._offset_c = b0 - a0, c0 - a0
-        self._third_b = self._third_derivative(1, linkage.platform_b, self._offset_b)
-        self._third_c = self._third_derivative(2, linkage.platform_c, self._offset_c)
+        # Nothing depends on where the mechanism lies, and far away digits would be lost.
+        self._centred = replace(linkage, pivots=(0j, b0 - a0, c0 - a0))
+        self._third_b = self._third_derivative(1, linkage.platform_b, b0 - a0)
+        self._third_c = self._third_derivative(2, linkage.platform_c, c0 - a0)
         self._tolerance = linkage.size * min(
             ON_CURVE * linkage.size, _ON_CURVE_OF_SHORT_RODS * linkage.reach
         )
@@ -123,112 +120,81 @@ class Curve:
         )
         return bound
 
-    def gradients(self, x: Vector3) -> Gradients:
-        """Rod equations and their gradients."""
-        linkage, drive = self.linkage, self.drive
+    def _at(self, x: Vector3) -> tuple[complex, complex, CrankPins]:
+        """Vector of rod A, direction of the platform and crank pins at a point."""
         alpha, phi, s = x
-        v, z = cmath.rect(linkage.rods[0], alpha), cmath.rect(1.0, phi)
-        (psi_a, psi_b, psi_c), (rate_a, rate_b, rate_c) = drive.start, drive.rates
-        arm_a = cmath.rect(linkage.cranks[0], psi_a + rate_a * s)
-        arm_b = cmath.rect(linkage.cranks[1], psi_b + rate_b * s)
-        arm_c = cmath.rect(linkage.cranks[2], psi_c + rate_c * s)
-        zd_b, zd_c = z * linkage.platform_b, z * linkage.platform_c
-        bar_b = (v + zd_b - (self._offset_b + arm_b - arm_a)).conjugate()
-        bar_c = (v + zd_c - (self._offset_c + arm_c - arm_a)).conjugate()
-        rate = rate_a * arm_a
-        return Gradients(
-            0.5 * (bar_b.real**2 + bar_b.imag**2 - linkage.rods[1] ** 2),
-            0.5 * (bar_c.real**2 + bar_c.imag**2 - linkage.rods[2] ** 2),
-            (-(bar_b * v).imag, -(bar_b * zd_b).imag, (bar_b * (rate_b * arm_b - rate)).imag),
-            (-(bar_c * v).imag, -(bar_c * zd_c).imag, (bar_c * (rate_c * arm_c - rate)).imag),
+        pins = pins_at(self._centred, self.drive.crank_angles(s), self.drive.rates)
+        return cmath.rect(self.linkage.rods[0], alpha), cmath.rect(1.0, phi), pins
+
+    def gradients(self, x: Vector3) -> RodJacobian:
+        """Rod equations and their gradients; ``drive`` is s."""
+        v, z, pins = self._at(x)
+        return rod_jacobian(self._centred, pins, z, v)
+
+    def hessians(self, x: Vector3) -> FloatArray:
+        """Second derivatives of both rod equations, shape (2, 3, 3)."""
+        v, z, pins = self._at(x)
+        rate_a, rate_b, rate_c = self.drive.rates
+        bend = 1j * rate_a * pins.a_rate
+        d_b, d_c = self.linkage.platform_b, self.linkage.platform_c
+        e_b, b_rate = pins.b - pins.a, pins.b_rate - pins.a_rate
+        e_c, c_rate = pins.c - pins.a, pins.c_rate - pins.a_rate
+        return np.array(
+            [
+                _hessian(v, z * d_b, e_b, b_rate, 1j * rate_b * pins.b_rate - bend),
+                _hessian(v, z * d_c, e_c, c_rate, 1j * rate_c * pins.c_rate - bend),
+            ]
         )
 
-    def hessians(self, x: Vector3) -> tuple[Symmetric, Symmetric]:
-        """Second derivatives of both rod equations."""
-        linkage, drive = self.linkage, self.drive
-        alpha, phi, s = x
-        v, z = cmath.rect(linkage.rods[0], alpha), cmath.rect(1.0, phi)
-        psi_a, psi_b, psi_c = drive.crank_angles(s)
-        rate_a, rate_b, rate_c = drive.rates
-        arm_a = cmath.rect(linkage.cranks[0], psi_a)
-        arm_b = cmath.rect(linkage.cranks[1], psi_b)
-        arm_c = cmath.rect(linkage.cranks[2], psi_c)
-        first, second = rate_a * arm_a, rate_a**2 * arm_a
-        return (
-            _hessian(
-                v,
-                z * linkage.platform_b,
-                self._offset_b + arm_b - arm_a,
-                1j * (rate_b * arm_b - first),
-                second - rate_b**2 * arm_b,
-            ),
-            _hessian(
-                v,
-                z * linkage.platform_c,
-                self._offset_c + arm_c - arm_a,
-                1j * (rate_c * arm_c - first),
-                second - rate_c**2 * arm_c,
-            ),
-        )
-
-    def frame(self, x: Vector3, at: Gradients | None = None) -> Frame | None:
+    def frame(self, x: Vector3, at: RodJacobian | None = None) -> Frame | None:
         """Tangent, normals and bounds at a point of the curve; None where it is singular."""
         at = self.gradients(x) if at is None else at
         b, c = at.b, at.c
         a11 = math.sqrt(dot(b, b))
         if a11 == 0.0:
             return None
-        n1 = (b[0] / a11, b[1] / a11, b[2] / a11)
+        n1 = scaled(b, 1.0 / a11)
         a21 = dot(c, n1)
-        rest = (c[0] - a21 * n1[0], c[1] - a21 * n1[1], c[2] - a21 * n1[2])
+        rest = minus(c, scaled(n1, a21))
         a22 = math.sqrt(dot(rest, rest))
         if a22 == 0.0:
             return None
-        n2 = (rest[0] / a22, rest[1] / a22, rest[2] / a22)
-        tangent = (
-            n1[1] * n2[2] - n1[2] * n2[1],
-            n1[2] * n2[0] - n1[0] * n2[2],
-            n1[0] * n2[1] - n1[1] * n2[0],
-        )
-        hessian_b, hessian_c = self.hessians(x)
+        n2 = scaled(rest, 1.0 / a22)
+        tangent = cross(n1, n2)
         ratio = a21 / a22
-        first = [h / a11 for h in hessian_b]
-        second = [h / a22 - ratio * f for h, f in zip(hessian_c, first)]
+        inverse = np.array([[1.0 / a11, 0.0], [-ratio / a11, 1.0 / a22]])
+        bends = (inverse @ self.hessians(x).reshape(2, 9)).reshape(2, 3, 3)
         third_1 = self._third_b / a11
         third_2 = self._third_c / a22 + abs(ratio) * third_1
-        image_1, image_2 = _times(first, tangent), _times(second, tangent)
-        curvature = -dot(image_1, tangent), -dot(image_2, tangent)
-        along = curvature[0] ** 2 + curvature[1] ** 2
-        mixed = dot(image_1, image_1) + dot(image_2, image_2) - along
-        across = _square(first) + _square(second) - along - 2.0 * mixed
+        images = bends @ tangent
+        curve_1, curve_2 = (images @ tangent).tolist()
+        along = curve_1 * curve_1 + curve_2 * curve_2
+        mixed = float(np.vdot(images, images)) - along
+        across = float(np.vdot(bends, bends)) - along - 2.0 * mixed
         return Frame(
             x,
             tangent,
             n1,
             n2,
-            curvature,
+            (-curve_1, -curve_2),
             math.sqrt(along),
             math.sqrt(max(mixed, 0.0)),
             math.sqrt(max(across, 0.0)),
             math.hypot(third_1, third_2),
         )
 
-    def correct(self, frame: Frame, h: float) -> tuple[Vector3, Gradients] | None:
+    def correct(self, frame: Frame, h: float) -> tuple[Vector3, RodJacobian] | None:
         """Point of the curve in the plane at the tangential coordinate ``h`` of ``frame``."""
-        (x0, x1, x2), (t0, t1, t2) = frame.x, frame.tangent
-        (p0, p1, p2), (q0, q1, q2) = frame.normal_1, frame.normal_2
         y1, y2 = 0.5 * h * h * frame.curvature[0], 0.5 * h * h * frame.curvature[1]
         for _ in range(_ITERATIONS):
-            x = (
-                x0 + h * t0 + y1 * p0 + y2 * q0,
-                x1 + h * t1 + y1 * p1 + y2 * q1,
-                x2 + h * t2 + y1 * p2 + y2 * q2,
-            )
+            across = combined(y1, frame.normal_1, y2, frame.normal_2)
+            x = combined(1.0, ahead(frame, h), 1.0, across)
             at = self.gradients(x)
             if max(abs(at.gap_b), abs(at.gap_c)) <= self._tolerance:
                 return x, at
-            b1, b2 = dot(at.b, frame.normal_1), dot(at.b, frame.normal_2)
-            c1, c2 = dot(at.c, frame.normal_1), dot(at.c, frame.normal_2)
+            b, c = at.b, at.c
+            b1, b2 = dot(b, frame.normal_1), dot(b, frame.normal_2)
+            c1, c2 = dot(c, frame.normal_1), dot(c, frame.normal_2)
             determinant = b1 * c2 - b2 * c1
             if determinant == 0.0:
                 return None
@@ -240,28 +206,18 @@ class Curve:
         return None
 
 
-def _hessian(v: complex, zd: complex, e: complex, e1: complex, e2: complex) -> Symmetric:
+def ahead(frame: Frame, h: float) -> Vector3:
+    """Point on the tangent of ``frame`` at ``h``."""
+    return combined(1.0, frame.x, h, frame.tangent)
+
+
+def _hessian(v: complex, zd: complex, e: complex, e1: complex, e2: complex) -> list[list[float]]:
     """Second derivatives of |v + zd - e|^2 / 2, with e1 and e2 the derivatives of e."""
     r = v + zd - e
-    return (
-        -(v.real * (zd - e).real + v.imag * (zd - e).imag),
-        -(zd.real * (v - e).real + zd.imag * (v - e).imag),
-        e1.real**2 + e1.imag**2 - (r.real * e2.real + r.imag * e2.imag),
-        v.real * zd.real + v.imag * zd.imag,
-        v.imag * e1.real - v.real * e1.imag,
-        zd.imag * e1.real - zd.real * e1.imag,
-    )
-
-
-def _times(matrix: Sequence[float], p: Vector3) -> Vector3:
-    """Symmetric matrix times vector."""
-    m00, m11, m22, m01, m02, m12 = matrix
-    x, y, z = p
-    return m00 * x + m01 * y + m02 * z, m01 * x + m11 * y + m12 * z, m02 * x + m12 * y + m22 * z
-
-
-def _square(matrix: Sequence[float]) -> float:
-    """Square of the Frobenius norm of a symmetric matrix."""
-    m00, m11, m22, m01, m02, m12 = matrix
-    diagonal = m00 * m00 + m11 * m11 + m22 * m22
-    return diagonal + 2.0 * (m01 * m01 + m02 * m02 + m12 * m12)
+    turn, swing = (v.conjugate() * zd).real, (e1.conjugate() * v).imag
+    spin = (e1.conjugate() * zd).imag
+    return [
+        [-(v.conjugate() * (zd - e)).real, turn, swing],
+        [turn, -(zd.conjugate() * (v - e)).real, spin],
+        [swing, spin, abs(e1) ** 2 - (r.conjugate() * e2).real],
+    ]

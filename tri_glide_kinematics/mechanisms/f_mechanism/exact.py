@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     CrankPins,
@@ -51,7 +52,8 @@ _NEAR = 1e-3
 # Steps to the position whose rods deviate least, from a place next to it.
 _SETTLING = 2
 
-Polynomial = list[int]
+# Coefficients, whole numbers of any size, ascending by power.
+Polynomial = NDArray[np.object_]
 
 
 class _Vector(NamedTuple):
@@ -97,17 +99,11 @@ class _Chart:
             2 * (turn_b.y + turn_c.y - cross_bc.y - cross_cb.y),
         )
         self.determinant = _linear(both.y, cross_bc.y - cross_cb.y, cross_cb.x - cross_bc.x)
-        squares = _sum(
-            _sum(
-                _scaled(s_c, _product(self.product_b, self.product_b)),
-                _scaled(s_b, _product(self.product_c, self.product_c)),
-            ),
-            _scaled(-4 * square_a, _product(self.determinant, self.determinant)),
-        )
-        self.condition = _sum(
-            _product([1, 0, 1], squares),
-            _scaled(-1, _product(_product(self.product_b, self.product_c), rest)),
-        )
+        m_b, m_c, determinant = self.product_b, self.product_c, self.determinant
+        squares = s_c * np.convolve(m_b, m_b) + s_b * np.convolve(m_c, m_c)
+        squares -= 4 * square_a * np.convolve(determinant, determinant)
+        self.condition = np.convolve([1, 0, 1], squares)
+        self.condition -= np.convolve(np.convolve(m_b, m_c), rest)
         # The coordinates of w_k = z d_k - e_k.
         self.ways = [
             part
@@ -334,33 +330,17 @@ def _whole(length: float, digits: int) -> int:
 
 def _linear(constant: int, x: int, y: int) -> Polynomial:
     """``constant + Re((x + i y) z)`` times 1 + t^2."""
-    return [constant + x, -2 * y, constant - x]
-
-
-def _sum(p: Polynomial, q: Polynomial) -> Polynomial:
-    return [a + b for a, b in zip(p, q)]
-
-
-def _scaled(factor: int, p: Polynomial) -> Polynomial:
-    return [factor * a for a in p]
-
-
-def _product(p: Polynomial, q: Polynomial) -> Polynomial:
-    result = [0] * (len(p) + len(q) - 1)
-    for i, a in enumerate(p):
-        for j, b in enumerate(q):
-            result[i + j] += a * b
-    return result
+    return np.array([constant + x, -2 * y, constant - x], dtype=object)
 
 
 def _derivative(p: Polynomial) -> Polynomial:
-    return [power * a for power, a in enumerate(p)][1:]
+    return np.arange(1, len(p)) * p[1:]
 
 
 def _value(p: Polynomial, place: int) -> int:
     """Value at a place, cut off after units."""
     value = 0
-    for coefficient in reversed(p):
+    for coefficient in p[::-1].tolist():
         value = (value * place >> _PLACE_BITS) + coefficient
     return value
 

@@ -21,7 +21,6 @@ from tri_glide_kinematics.mechanisms.f_mechanism.positions import (
     solve_batch,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import Linkage
-from tri_glide_kinematics.mechanisms.f_mechanism.sampling import explicit_stations
 from tri_glide_kinematics.mechanisms.f_mechanism.trace import (
     FMechanismTrace,
     TraceOptions,
@@ -257,9 +256,7 @@ class FMechanism:
                 stations = np.concatenate([-stations[:0:-1], stations])
         curve = Curve(self._linkage, drive)
         options = TraceOptions(
-            stations=explicit_stations(stations),
-            low=float(stations[0]),
-            high=float(stations[-1]),
+            stations=stations,
             through=through,
             period=2.0 * math.pi if turning_only else math.inf,
             largest_step=largest_step,

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import cmath
+import itertools
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.equal_numbers import directions, wrapped
+from tri_glide_kinematics.equal_numbers import wrapped
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
+    NODES,
     ROUNDING_ERROR,
     Closure,
     Linear,
+    Mask,
     closure,
+    real_roots,
+    row_order,
+    simple_roots,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.exact import exact_positions
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
@@ -24,6 +30,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     Linkage,
     Number,
     Position,
+    as_points,
     direction,
     motion,
     newton_step,
@@ -32,13 +39,8 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     refined,
     rod_jacobian,
     rotation,
-    singularity_unit,
-)
-from tri_glide_kinematics.mechanisms.f_mechanism.roots import (
-    NODES,
-    real_roots,
-    row_order,
-    simple_roots,
+    singularity,
+    states,
 )
 from tri_glide_kinematics.vectors import FloatArray, Point
 from tri_glide_kinematics.wording import number_text
@@ -138,21 +140,14 @@ class FMechanismPoses:
 
     def platform_joints(self) -> FloatArray:
         """A2, B2, C2 in the fixed frame, shape (n, 6, 3, 2) [m]."""
-        joints = np.array([(joint.real, joint.imag) for joint in self.linkage.joints])
-        cosine, sine = np.cos(self.angle)[..., np.newaxis], np.sin(self.angle)[..., np.newaxis]
-        x = cosine * joints[:, 0] - sine * joints[:, 1]
-        y = sine * joints[:, 0] + cosine * joints[:, 1]
-        places: FloatArray = self.position[..., np.newaxis, :] + np.stack([x, y], axis=-1)
-        return places
+        arms = direction(self.angle)[..., np.newaxis] * np.array(self.linkage.joints)
+        return self.position[..., np.newaxis, :] + as_points(arms)
 
     def crank_pins(self) -> FloatArray:
         """A1, B1, C1, shape (n, 3, 2) [m]."""
         pins = pins_at(self.linkage, self.linkage.crank_angles(self.crank_angles))
-        places = np.stack([pins.a, pins.b, pins.c], axis=-1)
-        return np.stack([places.real, places.imag], axis=-1)
+        return as_points(np.stack(pins[:3], axis=-1))
 
-
-# All positions of the moving triangle at one crank angle.
 
 # Below this determinant, relative to the lengths in it, the linear system for v loses so many
 # digits that the positions are found in whole numbers.
@@ -164,6 +159,8 @@ LONGEST_CORRECTION = 0.01
 _EQUAL_ANGLES = 1e-9
 # Largest rod residual of a position, relative to the size.
 RESIDUAL = 1e-12
+# Keeps a quotient by zero finite.
+_NEARLY_ZERO = 1e-300
 # Agreement of lengths that makes a mechanism special, relative to the size.
 SPECIAL = 1e-12
 
@@ -179,76 +176,69 @@ def poses_at(linkage: Linkage, crank_angle: float) -> tuple[FMechanismPose, ...]
         pose_of(linkage, pins, crank_angle, position)
         for position in positions(linkage, pins, crank_angle)
     ]
-    if len(poses) > 1:
-        _put_in_order(linkage, poses)
+    poses.sort(key=lambda pose: pose.angle)
+    if any(q.angle - p.angle <= _EQUAL_ANGLES for p, q in itertools.pairwise(poses)):
+        _sort_by_place(linkage, poses)
     return tuple(poses)
 
 
-def _put_in_order(linkage: Linkage, poses: list[FMechanismPose]) -> None:
-    """Sort by platform angle; positions with the same angle by the place of the platform."""
-
-    def place(pose: FMechanismPose) -> tuple[float, float]:
-        x, y = pose.position
-        return round(x / linkage.size, 6), round(y / linkage.size, 6)
-
-    poses.sort(key=lambda pose: pose.angle)
+def _sort_by_place(linkage: Linkage, poses: list[FMechanismPose]) -> None:
+    """Sort those with the same angle by the place of the platform."""
     first = 0
     for after in range(1, len(poses) + 1):
         if after == len(poses) or poses[after].angle - poses[after - 1].angle > _EQUAL_ANGLES:
-            poses[first:after] = sorted(poses[first:after], key=place)
+            poses[first:after] = sorted(
+                poses[first:after],
+                key=lambda pose: [round(part / linkage.size, 6) for part in pose.position],
+            )
             first = after
 
 
 def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Position]:
-    """Solve the closure condition; every root is refined on the rod equations themselves.
+    """Solve the closure condition at one crank angle.
 
     Where rounding leaves a doubt about a root, all are found anew in whole numbers.
+
+    Raises:
+        SelfMotionError: if the platform can move while the cranks stand still.
     """
     condition = closure(linkage, pins)
     if special_pins(linkage, pins, condition):
         if _assembles_somewhere(linkage, pins, condition):
             raise SelfMotionError(crank_angle)
         return []
-    if condition.noisy:
+    roots = None
+    if not condition.noisy:
+        roots = real_roots(condition.polynomial, ROUNDING_ERROR * condition.scale)
+    if roots is None:
         return exact_positions(linkage, pins)
-    roots = real_roots(condition.polynomial, ROUNDING_ERROR * condition.scale)
-    simple = (
-        None
-        if any(root.double for root in roots)
-        else _refined_roots(linkage, pins, condition, [root.angle for root in roots])
-    )
-    return exact_positions(linkage, pins) if simple is None else simple
-
-
-def _refined_roots(
-    linkage: Linkage, pins: CrankPins, condition: Closure, angles: list[float]
-) -> list[Position] | None:
-    """Positions at the given platform angles, ascending; None where rounding leaves a doubt."""
     found: list[Position] = []
-    least = DEGENERATE * linkage.unit**2 * linkage.reach
     largest_gap = RESIDUAL * linkage.size * min(linkage.rods)
-    before = angles[-1] - math.tau if angles else 0.0
-    for index, angle in enumerate(angles):
-        after = angles[index + 1] if index + 1 < len(angles) else angles[0] + math.tau
+    ends = [*roots[-1:], *roots, *roots[:1]]
+    steps = [(after - before) % math.tau for before, after in itertools.pairwise(ends)]
+    for angle, apart in zip(roots, map(min, steps, steps[1:])):
         z = direction(angle)
-        determinant = condition.determinant.at(z)
-        w_b = z * linkage.platform_b - (pins.b - pins.a)
-        w_c = z * linkage.platform_c - (pins.c - pins.a)
-        longest = max(abs(w_b), abs(w_c))
-        if not abs(determinant) > least * longest:
-            return None
-        m_b, m_c = condition.product_b.at(z), condition.product_c.at(z)
-        v = -1j * (m_b * w_c - m_c * w_b) / determinant
-        v *= linkage.rods[0] / abs(v)
+        v, sure = _rod_vector(linkage, pins, condition, z)
         position = refined(linkage, pins, position_of(linkage, pins, z, v), 3)
-        correction = abs(position.z - z)
-        if correction > LONGEST_CORRECTION * min(angle - before, after - angle):
-            return None
-        if not position.gap <= largest_gap:
-            return None
+        sure &= abs(position.z - z) <= LONGEST_CORRECTION * apart
+        if not (sure and position.gap <= largest_gap):
+            return exact_positions(linkage, pins)
         found.append(position)
-        before = angle
     return found
+
+
+def _rod_vector(
+    linkage: Linkage, pins: CrankPins, condition: Closure, z: Number
+) -> tuple[Number, Number]:
+    """Vector of rod A at a root ``z`` of F, and whether D is sure; numbers or arrays alike."""
+    w_b = z * linkage.platform_b - (pins.b - pins.a)
+    w_c = z * linkage.platform_c - (pins.c - pins.a)
+    determinant = condition.determinant.at(z)
+    least = DEGENERATE * linkage.unit**2 * linkage.reach
+    sure = (abs(determinant) > least * abs(w_b)) & (abs(determinant) > least * abs(w_c))
+    # Only the direction is needed: its length is that of rod A, its sense that of D.
+    v = (condition.product_b.at(z) * w_c - condition.product_c.at(z) * w_b) * (-1j * determinant)
+    return v * (linkage.rods[0] / (abs(v) + _NEARLY_ZERO)), sure
 
 
 def special_pins(linkage: Linkage, pins: CrankPins, condition: Closure) -> Number:
@@ -297,22 +287,18 @@ def pose_of(
 ) -> FMechanismPose:
     """Joints, rates, residual and singularity measure of one position."""
     z, v, jacobian, double = position
-    determinant = jacobian.determinant
-    inverse = 1.0 / determinant if determinant else math.inf
-    origin, joints, velocity, turn_rate = motion(linkage, pins, z, v, jacobian, inverse)
-    residual = max(
-        abs(abs(joint - pin) - length) for joint, pin, length in zip(joints, pins, linkage.rods)
-    )
+    inverse = 1.0 / jacobian.determinant if jacobian.determinant else math.inf
+    origin, joints, velocity, turn_rate, gaps = motion(linkage, pins, z, v, jacobian, inverse)
     return FMechanismPose(
         crank_angle,
         wrapped(cmath.phase(z)),
-        (origin.real, origin.imag),
+        _point(origin),
         (_point(pins.a), _point(pins.b), _point(pins.c)),
         (_point(joints[0]), _point(joints[1]), _point(joints[2])),
         turn_rate,
-        (velocity.real, velocity.imag),
-        residual,
-        determinant / singularity_unit(linkage),
+        _point(velocity),
+        max(gaps),
+        singularity(linkage, jacobian),
         double,
     )
 
@@ -323,36 +309,28 @@ def _point(number: complex) -> Point:
 
 # All positions of the moving triangle at many crank angles at once.
 #
-# The same steps as for one crank angle, on flat arrays with one entry for each root. Rows with a
-# special case in them (a double root, a degenerate linear system, a self-motion) are rare, and are
+# Rows in which rounding leaves a doubt, or the platform can move by itself, are rare, and are
 # solved one by one.
-
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 # Rows solved together: their samples fit into the processor's cache.
 _CHUNK = 1024
+# What a position and its row in a batch have in common.
+_COLUMNS = ("angle", "position", "angular_velocity", "velocity", "residual", "singularity")
 
 
 def solve_batch(linkage: Linkage, crank_angles: FloatArray) -> FMechanismPoses:
     """All positions at the given crank angles, shape (n,) [rad]."""
     n = len(crank_angles)
+    shapes = {name: (n, 6, 2) if name in ("position", "velocity") else (n, 6) for name in _COLUMNS}
     result = FMechanismPoses(
         crank_angles=crank_angles,
         counts=np.zeros(n, dtype=np.int64),
-        angle=np.full((n, 6), np.nan),
-        position=np.full((n, 6, 2), np.nan),
-        angular_velocity=np.full((n, 6), np.nan),
-        velocity=np.full((n, 6, 2), np.nan),
-        residual=np.full((n, 6), np.nan),
-        singularity=np.full((n, 6), np.nan),
         self_motion=np.zeros(n, dtype=np.bool_),
         linkage=linkage,
+        **{name: np.full(shape, np.nan) for name, shape in shapes.items()},
     )
     for first in range(0, n, _CHUNK):
-        rows = slice(first, min(first + _CHUNK, n))
-        special = _solve_chunk(linkage, crank_angles[rows], result, first)
+        special = _solve_chunk(linkage, crank_angles[first : first + _CHUNK], result, first)
         for row in (first + np.flatnonzero(special)).tolist():
             _solve_row(linkage, result, row)
     return result
@@ -362,40 +340,31 @@ def _solve_chunk(linkage: Linkage, angles: FloatArray, result: FMechanismPoses, 
     """Write the positions of ordinary rows to ``result``; return which rows are special."""
     pins = pins_at(linkage, linkage.crank_angles(angles))
     condition = closure(linkage, pins)
-    tolerance = ROUNDING_ERROR * condition.scale
     special: Mask = special_pins(linkage, pins, condition) | condition.noisy
-    roots = simple_roots(condition.polynomial, tolerance, special)
-
-    row = roots.row
-    z = direction(roots.angle)
+    row, roots = simple_roots(condition.polynomial, ROUNDING_ERROR * condition.scale, special)
+    linear = (condition.product_b, condition.product_c, condition.determinant)
+    m_b, m_c, determinant = (Linear(*(part[row] for part in each)) for each in linear)
+    condition = condition._replace(product_b=m_b, product_c=m_c, determinant=determinant)
     pins = CrankPins(*(part[row] for part in pins))
-    v, degenerate = _rod_vectors(linkage, pins, condition, row, z)
+    z = direction(roots)
+    v, sure = _rod_vector(linkage, pins, condition, z)
     with np.errstate(divide="ignore", invalid="ignore"):
         swing, turn = newton_step(rod_jacobian(linkage, pins, z, v))
-        z, v = z * rotation(turn), v * rotation(swing)
-        jacobian = rod_jacobian(linkage, pins, z, v)
-        inverse = 1.0 / jacobian.determinant
-        origin, joints, velocity, turn_rate = motion(linkage, pins, z, v, jacobian, inverse)
-        gaps = [abs(abs(q - p) - length) for q, p, length in zip(joints, pins, linkage.rods)]
-        residual = np.maximum(np.maximum(gaps[0], gaps[1]), gaps[2])
-        failed = degenerate | ~(residual <= RESIDUAL * linkage.size)
-        failed |= ~(abs(turn) <= LONGEST_CORRECTION * _apart(row, roots.angle))
-    special[row[failed]] = True
+        at = states(linkage, pins, z * rotation(turn), v * rotation(swing))
+    # To the next root of the row, or the most that there can be.
+    steps = np.full(len(row) + 1, np.pi)
+    steps[1:-1] = np.where(row[1:] == row[:-1], np.diff(roots), np.pi)
+    sure &= abs(turn) <= LONGEST_CORRECTION * np.minimum(steps[:-1], steps[1:])
+    special[row[~(sure & (at.residual <= RESIDUAL * linkage.size))]] = True
 
-    angle = directions(z)
     ordinary = np.flatnonzero(~special[row])
-    ordinary = ordinary[row_order(row[ordinary], angle[ordinary])]
+    ordinary = ordinary[row_order(row[ordinary], at.angle[ordinary])]
     row = row[ordinary]
     counts = np.bincount(row, minlength=len(angles))
     slot = np.arange(len(row)) - (np.cumsum(counts) - counts)[row]
-    place = (first + row, slot)
     result.counts[first : first + len(angles)] = counts
-    result.angle[place] = angle[ordinary]
-    result.position[place] = _points(origin[ordinary])
-    result.angular_velocity[place] = turn_rate[ordinary]
-    result.velocity[place] = _points(velocity[ordinary])
-    result.residual[place] = residual[ordinary]
-    result.singularity[place] = jacobian.determinant[ordinary] / singularity_unit(linkage)
+    for name in _COLUMNS:
+        getattr(result, name)[first + row, slot] = getattr(at, name)[ordinary]
     return special
 
 
@@ -408,41 +377,5 @@ def _solve_row(linkage: Linkage, result: FMechanismPoses, row: int) -> None:
         return
     result.counts[row] = len(poses)
     for slot, pose in enumerate(poses):
-        result.angle[row, slot] = pose.angle
-        result.position[row, slot] = pose.position
-        result.angular_velocity[row, slot] = pose.angular_velocity
-        result.velocity[row, slot] = pose.velocity
-        result.residual[row, slot] = pose.residual
-        result.singularity[row, slot] = pose.singularity
-
-
-def _points(numbers: Complex) -> FloatArray:
-    return numbers.view(np.float64).reshape(-1, 2)
-
-
-def _apart(row: Index, angle: FloatArray) -> FloatArray:
-    """Distance of each root to the next one in its row, or to the ends of the circle [rad]."""
-    steps = np.full(len(row) + 1, np.pi)
-    steps[1:-1] = np.where(row[1:] == row[:-1], angle[1:] - angle[:-1], np.pi)
-    apart: FloatArray = np.minimum(steps[:-1], steps[1:])
-    return apart
-
-
-def _rod_vectors(
-    linkage: Linkage, pins: CrankPins, condition: Closure, row: Index, z: Complex
-) -> tuple[Complex, Mask]:
-    """Rod vectors v of the roots ``z``, and where the linear system for them is degenerate."""
-    determinant, m_b, m_c = (
-        Linear(part.constant[row], part.first[row]).at(z)
-        for part in (condition.determinant, condition.product_b, condition.product_c)
-    )
-    w_b = z * linkage.platform_b - (pins.b - pins.a)
-    w_c = z * linkage.platform_c - (pins.c - pins.a)
-    largest = np.maximum(abs(w_b), abs(w_c))
-    least = DEGENERATE * linkage.unit**2 * linkage.reach
-    degenerate = ~(abs(determinant) > least * largest)
-    # Only the direction is needed: its length is that of rod A, its sense that of D.
-    v = (m_b * w_c - m_c * w_b) * (-1j * np.sign(determinant))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        v *= linkage.rods[0] / abs(v)
-    return v, degenerate
+        for name in _COLUMNS:
+            getattr(result, name)[row, slot] = getattr(pose, name)

@@ -12,6 +12,12 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+
+from tri_glide_kinematics.equal_numbers import directions
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+
+Complex = NDArray[np.complex128]
 
 # Scalars and arrays run through the same lines: Python complex/float, or numpy arrays of them.
 Number = Any
@@ -89,19 +95,25 @@ def direction(angle: Number) -> Number:
     return unit
 
 
-def pins_at(linkage: Linkage, crank_angles: tuple[Number, Number, Number]) -> CrankPins:
-    """Crank pins when cranks A, B and C stand at ``crank_angles`` [rad]."""
+def pins_at(
+    linkage: Linkage, crank_angles: tuple[Number, Number, Number], rates: Vector3 | None = None
+) -> CrankPins:
+    """Crank pins when cranks A, B and C stand at ``crank_angles`` [rad].
+
+    Their derivatives are those by the angle of crank A, or by what changes the three crank angles
+    at ``rates``.
+    """
     (a0, b0, c0), (a, b, c) = linkage.pivots, linkage.cranks
     psi_a, psi_b, psi_c = crank_angles
     arm_a, arm_b, arm_c = a * direction(psi_a), b * direction(psi_b), c * direction(psi_c)
-    speed_a, speed_b, speed_c = linkage.speeds
+    rate_a, rate_b, rate_c = linkage.speeds if rates is None else rates
     return CrankPins(
         a0 + arm_a,
         b0 + arm_b,
         c0 + arm_c,
-        1j * speed_a * arm_a,
-        1j * speed_b * arm_b,
-        1j * speed_c * arm_c,
+        1j * rate_a * arm_a,
+        1j * rate_b * arm_b,
+        1j * rate_c * arm_c,
     )
 
 
@@ -140,6 +152,16 @@ class RodJacobian(NamedTuple):
     drive_c: Number
     determinant: Number
 
+    @property
+    def b(self) -> tuple[Number, Number, Number]:
+        """Gradient of the rod equation of B."""
+        return self.rod_b, self.turn_b, self.drive_b
+
+    @property
+    def c(self) -> tuple[Number, Number, Number]:
+        """Gradient of the rod equation of C."""
+        return self.rod_c, self.turn_c, self.drive_c
+
 
 def rod_jacobian(linkage: Linkage, pins: CrankPins, z: Number, v: Number) -> RodJacobian:
     """Evaluate the rod equations of B and C with all first derivatives."""
@@ -163,15 +185,6 @@ def rod_jacobian(linkage: Linkage, pins: CrankPins, z: Number, v: Number) -> Rod
     )
 
 
-def singularity_unit(linkage: Linkage) -> float:
-    """Divisor [m^4] that makes ``RodJacobian.determinant`` the dimensionless singularity measure.
-
-    With it the measure is the determinant of the three rod lines, each written as its unit
-    direction and its moment about a point over the platform radius.
-    """
-    return linkage.rods[0] * linkage.rods[1] * linkage.rods[2] * linkage.platform_radius
-
-
 def newton_step(jacobian: RodJacobian) -> tuple[Number, Number]:
     """Corrections of the rod direction and the platform angle [rad], numbers or arrays alike."""
     gap_b, gap_c, rod_b, rod_c, turn_b, turn_c, _, _, determinant = jacobian
@@ -181,10 +194,32 @@ def newton_step(jacobian: RodJacobian) -> tuple[Number, Number]:
     )
 
 
+class States(NamedTuple):
+    """Positions of the platform with their motion per unit crank speed, one entry for each.
+
+    Attributes:
+        angle: of the platform, in (-pi, pi]. Shape (k,) [rad].
+        position: origin of the platform frame. Shape (k, 2) [m].
+        platform_joints: A2, B2, C2. Shape (k, 3, 2) [m].
+        angular_velocity: Shape (k,) [rad/rad].
+        velocity: of the origin. Shape (k, 2) [m/rad].
+        residual: largest deviation of a rod length. Shape (k,) [m].
+        singularity: as that function tells. Shape (k,).
+    """
+
+    angle: FloatArray
+    position: FloatArray
+    platform_joints: FloatArray
+    angular_velocity: FloatArray
+    velocity: FloatArray
+    residual: FloatArray
+    singularity: FloatArray
+
+
 def motion(
     linkage: Linkage, pins: CrankPins, z: Number, v: Number, jacobian: RodJacobian, inverse: Number
-) -> tuple[Number, list[Number], Number, Number]:
-    """Platform origin, its joints, velocity of the origin and angular velocity.
+) -> tuple[Number, list[Number], Number, Number, list[Number]]:
+    """Platform origin, joints, velocity of the origin, angular velocity, deviations of the rods.
 
     ``inverse`` is the reciprocal of the Jacobian's determinant. Numbers or arrays alike.
     """
@@ -194,7 +229,39 @@ def motion(
     arm = z * linkage.joints[0]
     origin = pins.a + v - arm
     velocity = pins.a_rate + 1j * (v * swing_rate - arm * turn_rate)
-    return origin, [origin + z * joint for joint in linkage.joints], velocity, turn_rate
+    joints = [origin + z * joint for joint in linkage.joints]
+    gaps = [abs(abs(joint - pin) - rod) for joint, pin, rod in zip(joints, pins, linkage.rods)]
+    return origin, joints, velocity, turn_rate, gaps
+
+
+def singularity(linkage: Linkage, jacobian: RodJacobian) -> Number:
+    """Determinant of the three rod lines, without a unit.
+
+    Each is written as its unit direction and its moment about a point over the platform radius.
+    """
+    return jacobian.determinant / math.prod((*linkage.rods, linkage.platform_radius))
+
+
+def states(linkage: Linkage, pins: CrankPins, z: Complex, v: Complex) -> States:
+    """Positions at the directions ``z`` and the rod vectors ``v``; singular ones have no rates."""
+    jacobian = rod_jacobian(linkage, pins, z, v)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = 1.0 / jacobian.determinant
+        origin, joints, velocity, turn_rate, gaps = motion(linkage, pins, z, v, jacobian, inverse)
+    return States(
+        directions(z),
+        as_points(origin),
+        as_points(np.stack(joints, axis=-1)),
+        turn_rate,
+        as_points(velocity),
+        np.maximum(np.maximum(gaps[0], gaps[1]), gaps[2]),
+        singularity(linkage, jacobian),
+    )
+
+
+def as_points(numbers: Complex) -> FloatArray:
+    """Complex numbers as x and y along a new last axis."""
+    return np.stack([numbers.real, numbers.imag], axis=-1)
 
 
 class Position(NamedTuple):

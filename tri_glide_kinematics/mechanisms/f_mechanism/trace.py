@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import cmath
-import enum
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,8 +14,8 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism.arcs import (
     STANDSTILL,
     Arc,
-    Bifurcation,
-    Turning,
+    EventKind,
+    Passed,
     follow,
     leading_sense,
 )
@@ -25,22 +25,14 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     CONVERGED,
     Linkage,
     Number,
+    as_points,
     direction,
-    motion,
+    newton_step,
     pins_at,
     position_of,
     refined,
     rod_jacobian,
-    singularity_unit,
-)
-from tri_glide_kinematics.mechanisms.f_mechanism.sampling import (
-    SPLIT,
-    Request,
-    Stations,
-    multiples,
-    point_on_arc,
-    same_position,
-    sample_arcs,
+    states,
 )
 from tri_glide_kinematics.vectors import FloatArray, Point, Vector3
 from tri_glide_kinematics.wording import number_text
@@ -57,16 +49,6 @@ class NotAPoseError(KinematicsError):
         )
         self.crank_angle = crank_angle
         self.gap = gap
-
-
-class EventKind(enum.Enum):
-    """An event of a followed branch."""
-
-    TURNING_POINT = "turning point"
-    BIFURCATION = "bifurcation"
-    SINGULAR = "singular"
-    END = "end of the range"
-    CLOSED = "closed"
 
 
 @dataclass(frozen=True)
@@ -181,8 +163,7 @@ class FMechanismTrace:
 
     def _arms(self, platform_point: Point) -> FloatArray:
         """From the platform's origin to a point of the platform. Shape (m, 2) [m]."""
-        arms = direction(self.angle) * complex(*platform_point)
-        return np.stack([arms.real, arms.imag], axis=-1)
+        return as_points(direction(self.angle) * complex(*platform_point))
 
     def _events(self, kind: EventKind) -> tuple[FMechanismEvent, ...]:
         return tuple(event for event in self.events if event.kind is kind)
@@ -202,15 +183,10 @@ def straight_drive(
     Returns:
         The drive, and the value of s at which the change is complete.
     """
-    speeds = linkage.speeds
-    changes = (
-        change[0],
-        speeds[1] * change[0] + change[1],
-        speeds[2] * change[0] + change[2],
-    )
-    length = max(abs(change[0]), abs(change[1]), abs(change[2]))
-    rates = [part / length for part in changes] if length else [0.0, 0.0, 0.0]
-    return Drive(linkage.crank_angles(crank_angle), (rates[0], rates[1], rates[2])), length
+    length = max(map(abs, change))
+    turned = np.add(np.multiply(linkage.speeds, change[0]), (0.0, *change[1:]))
+    rate_a, rate_b, rate_c = (turned / (length or 1.0)).tolist()
+    return Drive(linkage.crank_angles(crank_angle), (rate_a, rate_b, rate_c)), length
 
 
 def starting_point(curve: Curve, angle: float, origin: complex) -> Vector3:
@@ -238,25 +214,151 @@ def starting_point(curve: Curve, angle: float, origin: complex) -> Vector3:
     return cmath.phase(v), cmath.phase(z), 0.0
 
 
+# Values of the drive closer than this are one: an arc meets its end to rounding only [rad].
+SPLIT = 1e-12
+
+
+def passed(stations: FloatArray, start: float, stop: float) -> FloatArray:
+    """Those of ascending stations that lie in (start, stop], rising or falling, in this order.
+
+    One that is missed by rounding only belongs to the interval that ends there.
+    """
+    if stop > start:
+        first, last = np.searchsorted(stations, (start + SPLIT, stop + SPLIT), side="right")
+        return stations[first:last]
+    first, last = np.searchsorted(stations, (stop - SPLIT, start - SPLIT), side="left")
+    return stations[first:last][::-1]
+
+
+# Points of a followed branch at requested values of the drive, all at once.
+
+# Halvings of an arc, which end below the rounding of its parts; and those before Newton's method,
+# which are as good as its start has to be.
+_BISECTIONS = 60
+_NEWTON_STEPS = 4
+_INVERSIONS = 30
+# Gap of the rod equations, relative to the size and the reach, of a sample on the curve.
+_ON_CURVE = 1e-13
+
+
+def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[FloatArray]) -> FloatArray:
+    """Points (direction of rod A, platform angle, drive) of all requests, shape (m, 3) [rad].
+
+    Each arc has its values of the drive. From the cubic through both ends of the arc a point is
+    corrected at its fixed drive. It counts only if it lies in the tube and between the ends of the
+    arc, where no other branch is; otherwise it is found again by bisection along the arc.
+    """
+    which = np.repeat(np.arange(len(arcs)), [len(request) for request in requests])
+    if not which.size:
+        return np.empty((0, 3))
+    s = np.concatenate(requests)
+    points = _cubic_points(arcs, which, s)
+    pins = pins_at(curve.linkage, curve.drive.crank_angles(s))
+    tolerance = _ON_CURVE * curve.linkage.size * curve.linkage.reach
+    # At a singular sample the corrections are infinite; it is then found by bisection.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for step in range(_NEWTON_STEPS + 1):
+            v, z = curve.linkage.rods[0] * direction(points[:, 0]), direction(points[:, 1])
+            jacobian = rod_jacobian(curve.linkage, pins, z, v)
+            gap = np.maximum(abs(jacobian.gap_b), abs(jacobian.gap_c))
+            if step < _NEWTON_STEPS:
+                corrections = np.stack(newton_step(jacobian), axis=1)
+                points[:, :2] += np.where((gap > 0.01 * tolerance)[:, np.newaxis], corrections, 0.0)
+        solved = (gap <= tolerance) & _on_arc(arcs, which, points)
+    for index in np.flatnonzero(~solved).tolist():
+        points[index] = point_on_arc(curve, arcs[which[index]], float(s[index]))
+    return points
+
+
+def point_on_arc(curve: Curve, arc: Arc, s: float) -> Vector3:
+    """Point of one arc where the drive is ``s``, by bisection along the arc."""
+    part = abs(s - arc.start[2]) / max(abs(arc.end[2] - arc.start[2]), 1e-300)
+    if arc.frame is None or not 0.0 < part < 1.0:
+        # Beside a bifurcation the arc is straight to its length squared, which is tiny.
+        p, q = (1.0 - min(part, 1.0)), min(part, 1.0)
+        start, end = arc.start, arc.end
+        return p * start[0] + q * end[0], p * start[1] + q * end[1], s
+    low, high = arc.low, arc.high
+    rising = arc.end[2] > arc.start[2]
+    best = arc.start if part < 0.5 else arc.end
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        corrected = curve.correct(arc.frame, middle)
+        if corrected is None:
+            break
+        best = corrected[0]
+        if (best[2] < s) == rising:
+            low = middle
+        else:
+            high = middle
+    return best
+
+
+def _on_arc(arcs: Sequence[Arc], which: NDArray[np.int64], points: FloatArray) -> NDArray[np.bool_]:
+    """Whether points lie in the tube of their arc and between its ends."""
+    centre = np.array([arc.frame.x if arc.frame else arc.start for arc in arcs])[which]
+    tangent = np.array([arc.frame.tangent if arc.frame else (0.0, 0.0, 0.0) for arc in arcs])[which]
+    limits = np.array([(arc.radius, *sorted((arc.low, arc.high))) for arc in arcs])[which]
+    radius, low, high = limits.T
+    offset = points - centre
+    along = np.sum(offset * tangent, axis=1)
+    aside = np.sum(offset * offset, axis=1) - along * along
+    inside: NDArray[np.bool_] = np.sqrt(np.maximum(aside, 0.0)) <= radius + 1e-9
+    return inside & (along >= low - 1e-9) & (along <= high + 1e-9)
+
+
+def _cubic_points(arcs: Sequence[Arc], which: NDArray[np.int64], s: FloatArray) -> FloatArray:
+    """Points on the Hermite cubics of the arcs where the drive is ``s``."""
+    start = np.array([arc.start for arc in arcs])
+    end = np.array([arc.end for arc in arcs])
+    chord = np.sqrt(np.sum((end - start) ** 2, axis=1))[:, np.newaxis]
+    leaving = chord * np.array([arc.start_tangent for arc in arcs])
+    arriving = chord * np.array([arc.end_tangent for arc in arcs])
+    # x(u) = start + u (leaving + u (second + u third))
+    second = 3.0 * (end - start) - 2.0 * leaving - arriving
+    third = leaving + arriving - 2.0 * (end - start)
+    start, leaving, second, third = (part[which] for part in (start, leaving, second, third))
+    rising = end[which, 2] > start[:, 2]
+    low, high = np.zeros(len(s)), np.ones(len(s))
+    for _ in range(_INVERSIONS):
+        u = 0.5 * (low + high)
+        drive = start[:, 2] + u * (leaving[:, 2] + u * (second[:, 2] + u * third[:, 2]))
+        before = (drive < s) == rising
+        low, high = np.where(before, u, low), np.where(before, high, u)
+    u = (0.5 * (low + high))[:, np.newaxis]
+    points: FloatArray = start + u * (leaving + u * (second + u * third))
+    points[:, 2] = s
+    return points
+
+
+def same_position(p: Vector3, q: Vector3, tolerance: float) -> bool:
+    """Whether two points differ by whole turns of rod and platform only."""
+    return all(abs(math.remainder(a - b, 2.0 * math.pi)) <= tolerance for a, b in zip(p[:2], q[:2]))
+
+
 @dataclass(frozen=True)
 class TraceOptions:
     """The drive to follow and the samples to report.
 
     Attributes:
-        stations: where to sample.
-        low: lower limit of s.
-        high: upper limit of s.
+        stations: values of s at which to sample, ascending; the first and the last limit s.
         through: whether to go on through turning points and bifurcations.
         period: change of s after which the cranks stand as before; infinite if never.
         largest_step: longest arc [rad].
     """
 
-    stations: Stations
-    low: float
-    high: float
+    stations: FloatArray
     through: bool
     period: float
     largest_step: float
+
+    @property
+    def closings(self) -> FloatArray:
+        """Values of s at which the cranks stand as in the start."""
+        if math.isinf(self.period):
+            return np.zeros(1)
+        low, high = self.stations[[0, -1]] / self.period
+        return self.period * np.arange(math.floor(low), math.ceil(high) + 1)
 
 
 class _Recorder:
@@ -266,8 +368,9 @@ class _Recorder:
         self.curve = curve
         self.start = start
         self.options = options
+        self.closings = options.closings
         self.arcs: list[Arc] = []
-        self.requests: list[Request] = []
+        self.requests: list[FloatArray] = []
         # The start is a sample of its own, before all requests.
         self.samples = 1
         self.events: list[tuple[EventKind, Vector3, int]] = []
@@ -276,30 +379,27 @@ class _Recorder:
     def event(self, kind: EventKind, x: Vector3) -> None:
         self.events.append((kind, x, self.samples))
 
-    def turning(self, x: Vector3) -> bool:
-        """Take a turning point; return whether the trace ends there."""
-        period = self.options.period
-        drift = x[2] if math.isinf(period) else math.remainder(x[2], period)
-        if abs(drift) < STANDSTILL and same_position(x, self.start, 10.0 * STANDSTILL):
-            self.event(EventKind.CLOSED, x)
-            return True
-        self.event(EventKind.TURNING_POINT, x)
-        return not self.options.through
+    def passed(self, item: Passed) -> bool:
+        """Take what happens at a point; return whether the trace ends there."""
+        kind, x, passable = item
+        if kind is EventKind.TURNING_POINT:
+            drift = math.remainder(x[2], self.options.period)
+            if abs(drift) < STANDSTILL and same_position(x, self.start, 10.0 * STANDSTILL):
+                kind, passable = EventKind.CLOSED, False
+        self.event(kind, x)
+        return not (self.options.through and passable)
 
     def arc(self, arc: Arc) -> bool:
         """Take the samples of an arc; return whether the trace ends in it."""
-        index = len(self.arcs)
-        self.arcs.append(arc)
         low, high = arc.start[2], arc.end[2]
-        limit = self.options.high if high > low else self.options.low
+        limit = float(self.options.stations[-1 if high > low else 0])
         # A turning point that lies on the limit is still taken.
         ends = high > limit + SPLIT if high > low else high < limit - SPLIT
         closing = self._closing(arc, limit if ends else high)
         stop = closing[2] if closing else (limit if ends else high)
-        stations = self.options.stations(low, stop)
-        if stations.size:
-            self.requests.append(Request(index, stations))
-            self.samples += stations.size
+        self.arcs.append(arc)
+        self.requests.append(passed(self.options.stations, low, stop))
+        self.samples += len(self.requests[-1])
         if closing:
             self.event(EventKind.CLOSED, closing)
         elif ends:
@@ -311,8 +411,7 @@ class _Recorder:
         low = arc.start[2]
         if (stop > low) != self.rising or stop == low:
             return None
-        period = self.options.period
-        for s in multiples(period, low, stop):
+        for s in passed(self.closings, low, stop).tolist():
             x = point_on_arc(self.curve, arc, s)
             if same_position(x, self.start, _CLOSED):
                 return x
@@ -333,22 +432,12 @@ def trace_branch(curve: Curve, start: Vector3, options: TraceOptions) -> FMechan
             standing = True
             recorder.rising = False
             recorder.event(EventKind.TURNING_POINT, start)
-    if options.high <= 0.0:
+    if options.stations[-1] <= 0.0:
         recorder.event(EventKind.END, start)
     elif options.through or not standing:
         for item in follow(curve, start, sense, options.largest_step):
-            if isinstance(item, Arc):
-                if recorder.arc(item):
-                    break
-            elif isinstance(item, Turning):
-                if recorder.turning(item.point):
-                    break
-            elif isinstance(item, Bifurcation):
-                recorder.event(EventKind.BIFURCATION, item.point)
-                if not (options.through and item.passable):
-                    break
-            else:
-                recorder.event(EventKind.SINGULAR, item.point)
+            if recorder.arc(item) if isinstance(item, Arc) else recorder.passed(item):
+                break
     return _assemble(recorder)
 
 
@@ -357,31 +446,19 @@ def _assemble(recorder: _Recorder) -> FMechanismTrace:
     curve, linkage = recorder.curve, recorder.curve.linkage
     sampled = sample_arcs(curve, recorder.arcs, recorder.requests)
     points = np.concatenate([np.array([recorder.start]), sampled])
-    s = points[:, 2]
-    pins = pins_at(linkage, curve.drive.crank_angles(s))
-    v = linkage.rods[0] * direction(points[:, 0])
-    z = direction(points[:, 1])
-    jacobian = rod_jacobian(linkage, pins, z, v)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = 1.0 / jacobian.determinant
-        origin, joints, velocity, turn_rate = motion(linkage, pins, z, v, jacobian, inverse)
-    gaps = [abs(abs(q - p) - length) for q, p, length in zip(joints, pins, linkage.rods)]
-    crank, phase_b, phase_c = _setting(curve, s)
+    pins = pins_at(linkage, curve.drive.crank_angles(points[:, 2]))
+    at = states(linkage, pins, direction(points[:, 1]), linkage.rods[0] * direction(points[:, 0]))
+    crank, phase_b, phase_c = _setting(curve, points[:, 2])
     return FMechanismTrace(
         crank_angle=crank,
         phase_b=phase_b,
         phase_c=phase_c,
-        angle=points[:, 1].copy(),
-        position=_points(origin),
-        crank_pins=np.stack([_points(pin) for pin in (pins.a, pins.b, pins.c)], axis=1),
-        platform_joints=np.stack([_points(joint) for joint in joints], axis=1),
-        angular_velocity=turn_rate,
-        velocity=_points(velocity),
-        residual=np.max(gaps, axis=0),
-        singularity=jacobian.determinant / singularity_unit(linkage),
+        crank_pins=as_points(np.stack(pins[:3], axis=1)),
         events=tuple(_event(curve, *event) for event in recorder.events),
         arcs=len(recorder.arcs),
         linkage=linkage,
+        # The platform angle is counted on over full turns.
+        **at._replace(angle=points[:, 1].copy())._asdict(),
     )
 
 
@@ -399,7 +476,3 @@ def _event(curve: Curve, kind: EventKind, x: Vector3, index: int) -> FMechanismE
     double = kind in (EventKind.TURNING_POINT, EventKind.BIFURCATION)
     pose = pose_of(curve.linkage, pins, crank, position_of(curve.linkage, pins, z, v, double))
     return FMechanismEvent(kind, crank, phase_b, phase_c, pose, index)
-
-
-def _points(numbers: NDArray[np.complex128]) -> FloatArray:
-    return np.stack([numbers.real, numbers.imag], axis=-1)

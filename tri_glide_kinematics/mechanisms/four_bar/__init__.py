@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.four_bar.linkage import SweepEvent as SweepEvent
     from tri_glide_kinematics.mechanisms.four_bar.linkage import SweepEventKind as SweepEventKind
     from tri_glide_kinematics.mechanisms.four_bar.linkage import sweep_events as sweep_events
-    from tri_glide_kinematics.mechanisms.four_bar.loop_closure import LoopConstants as LoopConstants
-    from tri_glide_kinematics.mechanisms.four_bar.loop_closure import close_loop as close_loop
     from tri_glide_kinematics.mechanisms.four_bar.sweep import BranchSweep as BranchSweep
     from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarPose as FourBarPose
     from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarSweep as FourBarSweep
+    from tri_glide_kinematics.mechanisms.four_bar.sweep import LoopConstants as LoopConstants
     from tri_glide_kinematics.mechanisms.four_bar.sweep import PointMotion as PointMotion
+    from tri_glide_kinematics.mechanisms.four_bar.sweep import close_loop as close_loop
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -2,7 +2,7 @@
 
 The crank turns about the crank pivot, the rocker about the rocker pivot; the coupler joins the
 crank pin to the rocker pin. All angles are measured from the x axis of the plane,
-counter-clockwise, in [rad]. The closed form is in :mod:`.loop_closure`, the properties of a linkage
+counter-clockwise, in [rad]. The closed form is in :mod:`.sweep`, the properties of a linkage
 as such are in :mod:`.analysis`.
 """
 
@@ -30,8 +30,13 @@ from tri_glide_kinematics.mechanisms.four_bar.analysis import (
     LinkLengths,
     TransmissionExtremes,
 )
-from tri_glide_kinematics.mechanisms.four_bar.loop_closure import LoopConstants, close_loop
-from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarPose, FourBarSweep, GroundFrame
+from tri_glide_kinematics.mechanisms.four_bar.sweep import (
+    FourBarPose,
+    FourBarSweep,
+    GroundFrame,
+    LoopConstants,
+    close_loop,
+)
 from tri_glide_kinematics.vectors import FloatArray, Point
 from tri_glide_kinematics.wording import number_text
 

@@ -5,15 +5,11 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.mechanisms.pictures.animation import (
-        f_mechanism_movie as f_mechanism_movie,
-    )
-    from tri_glide_kinematics.mechanisms.pictures.animation import four_bar_movie as four_bar_movie
-    from tri_glide_kinematics.mechanisms.pictures.animation import save_movie as save_movie
     from tri_glide_kinematics.mechanisms.pictures.drawing import DrawnMechanism as DrawnMechanism
     from tri_glide_kinematics.mechanisms.pictures.drawing import LengthUnit as LengthUnit
     from tri_glide_kinematics.mechanisms.pictures.drawing import angle_axis as angle_axis
     from tri_glide_kinematics.mechanisms.pictures.drawing import degrees_text as degrees_text
+    from tri_glide_kinematics.mechanisms.pictures.drawing import save_movie as save_movie
     from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
         FEWEST_SAMPLES as FEWEST_SAMPLES,
     )
@@ -33,6 +29,9 @@ if TYPE_CHECKING:
         detailed_overview as detailed_overview,
     )
     from tri_glide_kinematics.mechanisms.pictures.f_mechanism import evenly as evenly
+    from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
+        f_mechanism_movie as f_mechanism_movie,
+    )
     from tri_glide_kinematics.mechanisms.pictures.f_mechanism import paths_figure as paths_figure
     from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
         positions_figure as positions_figure,
@@ -42,9 +41,7 @@ if TYPE_CHECKING:
         coupler_curve_figure as coupler_curve_figure,
     )
     from tri_glide_kinematics.mechanisms.pictures.four_bar import crank_angles as crank_angles
-    from tri_glide_kinematics.mechanisms.pictures.four_bar import (
-        default_crank_angle as default_crank_angle,
-    )
+    from tri_glide_kinematics.mechanisms.pictures.four_bar import four_bar_movie as four_bar_movie
     from tri_glide_kinematics.mechanisms.pictures.four_bar import interval_around as interval_around
     from tri_glide_kinematics.mechanisms.pictures.picture_set import Choice as Choice
     from tri_glide_kinematics.mechanisms.pictures.picture_set import DrawingError as DrawingError
@@ -56,8 +53,11 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.pictures.skeleton import INK as INK
     from tri_glide_kinematics.mechanisms.pictures.skeleton import ORANGE as ORANGE
     from tri_glide_kinematics.mechanisms.pictures.skeleton import PURPLE as PURPLE
-    from tri_glide_kinematics.mechanisms.pictures.skeleton import Skeleton as Skeleton
     from tri_glide_kinematics.mechanisms.pictures.skeleton import bounds as bounds
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import default_branch as default_branch
+    from tri_glide_kinematics.mechanisms.pictures.skeleton import (
+        default_crank_angle as default_crank_angle,
+    )
     from tri_glide_kinematics.mechanisms.pictures.skeleton import side_by_side as side_by_side
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

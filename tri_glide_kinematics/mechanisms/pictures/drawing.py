@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
-from numpy.typing import NDArray
+from PIL import Image
 
 from tri_glide_kinematics.equal_numbers import SAME_PART, directions, first_largest
-from tri_glide_kinematics.mechanisms.pictures.skeleton import INK, Skeleton
+from tri_glide_kinematics.mechanisms.pictures.skeleton import INK, Line, Skeleton, bounds
 from tri_glide_kinematics.picture_commands import MILLIMETRES
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -167,21 +170,90 @@ def plane_axes(axes: Axes, box: FloatArray, unit: LengthUnit) -> Axes:
     return axes
 
 
-def plane_figure(box: FloatArray, unit: LengthUnit, beside: float = 0.0) -> tuple[Figure, Axes]:
-    """Return a figure of the proportions of a box, with one plane.
+def draw_lines(axes: Axes, lines: Sequence[Line], unit: LengthUnit) -> None:
+    """Draw lines on a plane."""
+    for line in lines:
+        (drawn,) = axes.plot(
+            *(line.places * unit.per_metre).T,
+            color=line.colour,
+            linestyle=line.style,
+            linewidth=line.width,
+            alpha=line.opacity,
+            label=line.label,
+        )
+        if line.joints:
+            drawn.set(marker="o", markersize=4.0, markerfacecolor="white")
+
+
+def plane_figure(
+    lines: Sequence[Line],
+    points: FloatArray,
+    unit: LengthUnit,
+    title: str = "",
+    beside: float = 0.0,
+    margin: float = 0.1,
+) -> tuple[Figure, Axes]:
+    """Return a figure with one plane, on which lines are drawn.
 
     Args:
-        box: of :func:`bounds`.
+        lines: to be drawn.
+        points: of a mechanism that is to be in view as well. Shape (..., 2) [m].
         unit: of the axes.
-        beside: room to the right of the plane for a legend [inch].
+        title: above them.
+        beside: room to the right of the plane for a legend [inch]; without it there is none.
+        margin: free border over the larger side.
     """
+    box = bounds(np.concatenate([points.reshape(-1, 2), *(line.places for line in lines)]), margin)
     width, height = (box[1] - box[0]).tolist()
     scale = 6.0 / max(width, height)
     figure = Figure(
         figsize=(max(3.0, scale * width) + 1.0 + beside, max(3.0, scale * height) + 1.2),
         layout="constrained",
     )
-    return figure, plane_axes(figure.add_subplot(), box, unit)
+    axes = plane_axes(figure.add_subplot(), box, unit)
+    draw_lines(axes, lines, unit)
+    axes.set_title(title, fontsize=11)
+    if beside:
+        legend_beside(axes)
+    return figure, axes
+
+
+def angle_plots(
+    title: str, heights: tuple[float, float], size: tuple[float, float]
+) -> tuple[Figure, Axes, Axes]:
+    """Return a figure with two plots over the crank angle, above each other.
+
+    Args:
+        title: above them.
+        heights: of both to each other.
+        size: of the figure, sideways and upwards [inch].
+    """
+    figure = Figure(figsize=size, layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=heights)
+    upper.set_title(title)
+    lower.set_xlabel("crank angle [°]")
+    for axes in (upper, lower):
+        axes.grid(**GRID_STYLE)
+    return figure, upper, lower
+
+
+def plot_angles(
+    axes: Axes, crank: FloatArray, angle: FloatArray, colour: str, label: str, style: str = "-"
+) -> None:
+    """Draw an angle over the crank angle, broken where either jumps by a full turn.
+
+    Args:
+        axes: of :func:`angle_plots`.
+        crank: within one turn, shape (n,) [rad].
+        angle: likewise.
+        colour: of the line.
+        label: in the legend.
+        style: of the line.
+    """
+    steps = np.maximum(np.abs(np.diff(crank)), np.abs(np.diff(angle)))
+    jumps = np.flatnonzero(steps > math.pi) + 1
+    x, y = np.insert(np.degrees([crank, angle]), jumps, np.nan, axis=1)
+    axes.plot(x, y, color=colour, linestyle=style, linewidth=1.6, label=label)
 
 
 def angle_axis(axes: Axes, which: str, low: float, high: float) -> None:
@@ -192,18 +264,6 @@ def angle_axis(axes: Axes, which: str, low: float, high: float) -> None:
     axis = axes.xaxis if which == "x" else axes.yaxis
     axis.set_major_locator(MultipleLocator(step))
     (axes.set_xlim if which == "x" else axes.set_ylim)(low, high)
-
-
-def wraps(*angles: FloatArray) -> NDArray[np.intp]:
-    """Return the indices before which one of several angles jumps by a full turn.
-
-    A curve is broken there by ``np.insert(curve, wraps(...), np.nan)``.
-
-    Args:
-        angles: each within one turn, shape (n,) [rad].
-    """
-    steps = np.max([np.abs(np.diff(values)) for values in angles], axis=0)
-    return np.flatnonzero(steps > math.pi) + 1
 
 
 def legend_beside(axes: Axes) -> None:
@@ -225,3 +285,95 @@ def degrees_text(angle: float, digits: int = 2) -> str:
     # Adding zero takes the sign off a zero.
     rounded = round(math.degrees(angle), digits) + 0.0
     return f"{rounded:.{digits}f}°".replace("-", "\N{MINUS SIGN}")
+
+
+# Animations as GIF files.
+#
+# matplotlib's own writer draws each frame as a whole, with a palette of its own: for the mechanisms
+# in ``config/`` it takes ten times as long, and its files have two to three times the size.
+
+FRAMES_PER_SECOND = 15
+RESOLUTION = 72.0  # dots per inch: small files
+COLOURS = 64  # few, for small files too
+NEARLY_WHITE = 248  # of 255; what is lighter becomes white
+
+
+@dataclass(frozen=True)
+class Movie:
+    """A motion of a mechanism, ready to be drawn.
+
+    Attributes:
+        skeleton: what is joined to what.
+        points: of the skeleton, frame by frame. Shape (n, k, 2) [m].
+        captions: what stands above each frame, n texts.
+        paths: of the points, sampled closely. Shape (m, k, 2) [m].
+        unit: of the axes.
+    """
+
+    skeleton: Skeleton
+    points: FloatArray
+    captions: tuple[str, ...]
+    paths: FloatArray
+    unit: LengthUnit
+
+
+def save_movie(movie: Movie, file: Path, on_frame: Callable[[], None] = lambda: None) -> None:
+    """Write a GIF that repeats without end.
+
+    Args:
+        movie: to be drawn.
+        file: path that ends in ``.gif``.
+        on_frame: called after each frame.
+
+    Raises:
+        OSError: if the file cannot be written.
+    """
+    colours = dict(movie.skeleton.traced)
+    lines = [
+        Line(points, colours[number], width=1.5, opacity=0.7)
+        if number in colours
+        else Line(points, INK, width=0.5, opacity=0.4)
+        for number, points in enumerate(movie.paths.swapaxes(0, 1))
+        if number not in movie.skeleton.pivots
+    ]
+    figure, axes = plane_figure(lines, movie.paths, movie.unit)
+    drawn = DrawnMechanism(axes, movie.skeleton, movie.points[0], movie.unit)
+    title = axes.set_title(movie.captions[0], fontsize=11)
+    # Parts that stand still are drawn once; only those that move are drawn again on top of them.
+    moved = [*drawn.move(movie.points[0]), title]
+    for artist in moved:
+        artist.set_animated(True)
+    canvas = FigureCanvasAgg(figure)
+    figure.set_dpi(RESOLUTION)
+    canvas.draw()
+    background = canvas.copy_from_bbox(figure.bbox)
+    images: list[Image.Image] = []
+    palette: Image.Image | None = None
+    for points, caption in zip(movie.points, movie.captions):
+        title.set_text(caption)
+        drawn.move(points)
+        canvas.restore_region(background)
+        for artist in moved:
+            axes.draw_artist(artist)
+        image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        # One palette without dithering lets frames differ only where something has moved.
+        palette = palette or _palette(image)
+        images.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
+        on_frame()
+    images[0].save(
+        file,
+        save_all=True,
+        append_images=images[1:],
+        duration=round(1000.0 / FRAMES_PER_SECOND),
+        loop=0,
+    )
+
+
+def _palette(image: Image.Image) -> Image.Image:
+    """Return an image whose palette suits ``image``, and whose lightest colour is white."""
+    reduced = image.quantize(COLOURS, Image.Quantize.MEDIANCUT)
+    colours = np.reshape(reduced.getpalette() or [], (-1, 3))
+    colours[(colours >= NEARLY_WHITE).all(axis=1)] = 255
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours.ravel().tolist())
+    return palette

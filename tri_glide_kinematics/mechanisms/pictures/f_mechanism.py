@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tri_glide_kinematics.equal_numbers import (
@@ -26,23 +25,27 @@ from tri_glide_kinematics.mechanisms.f_mechanism import (
     FMechanismOverview,
     FMechanismPose,
     FMechanismTrace,
+    as_points,
 )
 from tri_glide_kinematics.mechanisms.pictures.drawing import (
-    GRID_STYLE,
     DrawnMechanism,
     LengthUnit,
+    Movie,
     angle_axis,
+    angle_plots,
     degrees_text,
+    draw_lines,
     draw_pivots,
     legend_beside,
     plane_axes,
     plane_figure,
-    wraps,
+    plot_angles,
 )
 from tri_glide_kinematics.mechanisms.pictures.skeleton import (
     CORNER_COLOURS,
     F_MECHANISM,
     INK,
+    Line,
     bounds,
 )
 from tri_glide_kinematics.picture_commands import LIMIT_STYLE
@@ -79,34 +82,22 @@ class BranchCurve:
         """Put the events of a branch between its samples."""
         events = branch.events
         at = [event.index for event in events]
-        pivots = [(pivot.real, pivot.imag) for pivot in branch.linkage.pivots]
-        samples = np.concatenate(
-            [
-                np.broadcast_to(pivots, branch.crank_pins.shape),
-                branch.crank_pins,
-                branch.platform_joints,
-            ],
-            axis=1,
-        )
+        pivots = branch.linkage.pivots
+        fixed = np.broadcast_to(as_points(np.array(pivots)), branch.crank_pins.shape)
+        samples = np.concatenate([fixed, branch.crank_pins, branch.platform_joints], axis=1)
+        at_events = [skeleton_points(pivots, event.pose) for event in events]
+        angle = directions(np.exp(1j * branch.angle))
         return cls(
             np.insert(branch.crank_angle, at, [event.crank_angle for event in events]),
-            np.insert(
-                directions(np.exp(1j * branch.angle)), at, [event.pose.angle for event in events]
-            ),
-            np.insert(
-                samples,
-                at,
-                [skeleton_points(branch.linkage.pivots, e.pose) for e in events],
-                axis=0,
-            ),
+            np.insert(angle, at, [event.pose.angle for event in events]),
+            np.insert(samples, at, at_events, axis=0),
             bool(branch.turning_points),
         )
 
 
 def skeleton_points(pivots: Sequence[complex], pose: FMechanismPose) -> FloatArray:
     """Return the points of :data:`.F_MECHANISM` in one position, shape (9, 2) [m]."""
-    fixed = tuple((pivot.real, pivot.imag) for pivot in pivots)
-    return np.array(fixed + pose.crank_pins + pose.platform_joints)
+    return np.concatenate([as_points(np.array(pivots)), pose.crank_pins, pose.platform_joints])
 
 
 def detailed_overview(
@@ -205,21 +196,12 @@ MARKS = {
 
 def angle_figure(overview: FMechanismOverview) -> Figure:
     """Draw the platform angle over the crank angle on all branches, and the number of positions."""
-    figure = Figure(figsize=(9.5, 7.5), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (4.0, 1.0)})
+    title = "F-mechanism: platform angle on all branches"
+    figure, upper, lower = angle_plots(title, (4.0, 1.0), (9.5, 7.5))
     for number, branch in enumerate(overview.branches):
         curve = BranchCurve.of(branch)
-        crank = within_turn(curve.crank_angle)
-        x, y = np.insert(
-            np.degrees([crank, curve.angle]), wraps(crank, curve.angle), np.nan, axis=1
-        )
-        upper.plot(
-            x,
-            y,
-            color=f"C{number}",
-            linewidth=1.6,
-            label=f"branch {number + 1}: {describe(branch)}",
-        )
+        label = f"branch {number + 1}: {describe(branch)}"
+        plot_angles(upper, within_turn(curve.crank_angle), curve.angle, f"C{number}", label)
     for kind, (name, marker, face) in MARKS.items():
         places = np.array(_places(overview, kind))
         if places.size:
@@ -237,16 +219,14 @@ def angle_figure(overview: FMechanismOverview) -> Figure:
     for self_motion in overview.crank_angles[overview.self_motion]:
         for axes in (upper, lower):
             axes.axvline(math.degrees(self_motion), **LIMIT_STYLE, label="self-motion")
-    upper.set(title="F-mechanism: platform angle on all branches", ylabel="platform angle φ [°]")
-    lower.set(xlabel="crank angle [°]", ylabel="positions", ylim=(-0.4, 6.4))
+    upper.set_ylabel("platform angle φ [°]")
+    lower.set(ylabel="positions", ylim=(-0.4, 6.4))
     lower.set_yticks(range(0, 7, 2))
     low, high = upper.get_ylim()
     if high - low > 270.0:
         low, high = -180.0, 180.0
     angle_axis(upper, "y", low, high)
     angle_axis(lower, "x", 0.0, 360.0)
-    for axes in (upper, lower):
-        axes.grid(**GRID_STYLE)
     legend_beside(upper)
     return figure
 
@@ -279,27 +259,24 @@ def paths_figure(
     """
     branch = overview.branches[number]
     curve = BranchCurve.of(branch)
-    unit = LengthUnit.fitting(mechanism.size)
-    box = bounds(np.concatenate([curve.points.reshape(-1, 2), _crank_ends(mechanism)]))
-    figure, axes = plane_figure(box, unit, beside=2.2)
-    _draw_crank_circles(axes, mechanism, unit)
-    for joint, colour in F_MECHANISM.traced:
-        axes.plot(
-            *(curve.points[:, joint] * unit.per_metre).T,
-            color=colour,
-            linewidth=1.8,
-            label=f"path of {F_MECHANISM.names[joint]}",
-        )
-    for index in evenly(curve, triangles):
-        corners = curve.points[index][[6, 7, 8, 6]] * unit.per_metre
-        axes.plot(*corners.T, color=INK, linewidth=0.6, alpha=0.45)
-    DrawnMechanism(axes, F_MECHANISM, curve.points[0], unit, named=True)
-    axes.set_title(
+    title = (
         f"F-mechanism, branch {number + 1}: {describe(branch)}\n"
-        f"drawn at crank angle {degrees_text(float(within_turn(curve.crank_angle[0])))}",
-        fontsize=11,
+        f"drawn at crank angle {degrees_text(float(within_turn(curve.crank_angle[0])))}"
     )
-    legend_beside(axes)
+    lines = [
+        *_crank_circles(mechanism),
+        *(
+            Line(curve.points[:, joint], colour, f"path of {F_MECHANISM.names[joint]}")
+            for joint, colour in F_MECHANISM.traced
+        ),
+        *(
+            Line(curve.points[index][[6, 7, 8, 6]], INK, width=0.6, opacity=0.45)
+            for index in evenly(curve, triangles)
+        ),
+    ]
+    unit = LengthUnit.fitting(mechanism.size)
+    figure, axes = plane_figure(lines, curve.points[0], unit, title, beside=2.2)
+    DrawnMechanism(axes, F_MECHANISM, curve.points[0], unit, named=True)
     return figure
 
 
@@ -315,9 +292,10 @@ def positions_figure(
     unit = LengthUnit.fitting(mechanism.size)
     pivots = mechanism.linkage.pivots
     drawings = [skeleton_points(pivots, pose) for pose in poses]
+    circles = _crank_circles(mechanism)
     rows = 1 if len(poses) < 4 else 2
     columns = max(1, math.ceil(len(poses) / rows))
-    box = bounds(np.concatenate([*drawings, _crank_ends(mechanism)]))
+    box = bounds(np.concatenate([*drawings, *(circle.places for circle in circles)]))
     width, height = (box[1] - box[0]).tolist()
     panel = 3.6
     figure = Figure(
@@ -327,7 +305,7 @@ def positions_figure(
     for axes, pose, points in zip(grid.flat, poses, drawings):
         plane_axes(axes, box, unit)
         axes.label_outer()
-        _draw_crank_circles(axes, mechanism, unit)
+        draw_lines(axes, circles, unit)
         DrawnMechanism(axes, F_MECHANISM, points, unit, named=True)
         branch = branch_through(overview, pose)
         axes.set_title(
@@ -352,59 +330,54 @@ def corners_figure(
         SelfMotionError: if the platform can move while the cranks stand still.
     """
     unit = LengthUnit.fitting(mechanism.size)
-    curves = [BranchCurve.of(branch) for branch in overview.branches]
-    places = [curve.points.reshape(-1, 2) for curve in curves]
-    box = bounds(np.concatenate([*places, _crank_ends(mechanism)]))
-    figure, axes = plane_figure(box, unit, beside=2.8)
+    pivots = mechanism.linkage.pivots
     # No cranks are drawn here, and the colours are those of the joints.
-    _draw_crank_circles(axes, mechanism, unit, (INK,) * 3)
-    for number, curve in enumerate(curves):
+    lines = [replace(circle, colour=INK) for circle in _crank_circles(mechanism)]
+    for number, branch in enumerate(overview.branches):
+        points, style = BranchCurve.of(branch).points, _style(number)
         for joint, colour in F_MECHANISM.traced:
-            axes.plot(
-                *(curve.points[:, joint] * unit.per_metre).T,
-                color=colour,
-                linestyle=BRANCH_STYLES[number % len(BRANCH_STYLES)],
-                linewidth=1.3,
-                label=f"{F_MECHANISM.names[joint]}, branch {number + 1}",
-            )
+            label = f"{F_MECHANISM.names[joint]}, branch {number + 1}"
+            lines.append(Line(points[:, joint], colour, label, style, 1.3))
     for pose in mechanism.poses(crank_angle):
         number = branch_through(overview, pose)
-        corners = np.array([*pose.platform_joints, pose.platform_joints[0]]) * unit.per_metre
-        axes.plot(
-            *corners.T,
-            color=INK,
-            linestyle=BRANCH_STYLES[number % len(BRANCH_STYLES)],
-            linewidth=1.4,
-            marker="o",
-            markersize=4.0,
-            markerfacecolor="white",
-            label=f"platform at {degrees_text(crank_angle)}, branch {number + 1}",
-        )
-    draw_pivots(axes, np.array([(p.real, p.imag) for p in mechanism.linkage.pivots]), unit)
-    axes.set_title("F-mechanism: all positions of the platform joints", fontsize=11)
-    legend_beside(axes)
+        corners = skeleton_points(pivots, pose)[[6, 7, 8, 6]]
+        label = f"platform at {degrees_text(crank_angle)}, branch {number + 1}"
+        lines.append(Line(corners, INK, label, _style(number), 1.4, joints=True))
+    title = "F-mechanism: all positions of the platform joints"
+    figure, axes = plane_figure(lines, as_points(np.array(pivots)), unit, title, beside=2.8)
+    draw_pivots(axes, as_points(np.array(pivots)), unit)
     return figure
 
 
-def _crank_ends(mechanism: FMechanism) -> FloatArray:
-    """Return the outermost places of the crank circles, shape (12, 2) [m]."""
-    linkage = mechanism.linkage
-    ends = [
-        pivot + crank * direction
-        for pivot, crank in zip(linkage.pivots, linkage.cranks)
-        for direction in (1.0, 1.0j, -1.0, -1.0j)
-    ]
-    return np.array([(end.real, end.imag) for end in ends])
+def _style(number: int) -> str:
+    """Style of the lines of a branch."""
+    return BRANCH_STYLES[number % len(BRANCH_STYLES)]
 
 
-def _draw_crank_circles(
-    axes: Axes,
-    mechanism: FMechanism,
-    unit: LengthUnit,
-    colours: Sequence[str] = CORNER_COLOURS,
-) -> None:
+def _crank_circles(mechanism: FMechanism) -> list[Line]:
     linkage = mechanism.linkage
     circle = np.exp(1j * np.linspace(0.0, math.tau, 181))
-    for pivot, crank, colour in zip(linkage.pivots, linkage.cranks, colours):
-        places = (pivot + crank * circle) * unit.per_metre
-        axes.plot(places.real, places.imag, color=colour, linewidth=0.6, alpha=0.6)
+    return [
+        Line(as_points(pivot + crank * circle), colour, width=0.6, opacity=0.6)
+        for pivot, crank, colour in zip(linkage.pivots, linkage.cranks, CORNER_COLOURS)
+    ]
+
+
+def f_mechanism_movie(branch: FMechanismTrace, title: str, frames: int) -> Movie:
+    """Return the motion along one branch, on through its turning points.
+
+    Args:
+        branch: of an overview.
+        title: of each frame, before its angles.
+        frames: their number; fewer if the branch has not as many samples.
+    """
+    curve = BranchCurve.of(branch)
+    shown = evenly(curve, frames)
+    crank = within_turn(curve.crank_angle)
+    captions = tuple(
+        f"{title}\ncrank {degrees_text(float(crank[index]), 1)}, "
+        f"platform {degrees_text(curve.angle[index], 1)}"
+        for index in shown
+    )
+    unit = LengthUnit.fitting(branch.linkage.size)
+    return Movie(F_MECHANISM, curve.points[shown], captions, curve.points, unit)

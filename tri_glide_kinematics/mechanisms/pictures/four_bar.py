@@ -11,21 +11,21 @@ from matplotlib.figure import Figure
 
 from tri_glide_kinematics.equal_numbers import SAME_ANGLE
 from tri_glide_kinematics.mechanisms.four_bar import (
-    AssembledFourBar,
     Branch,
     BranchSweep,
     CrankLimitError,
     FourBar,
 )
 from tri_glide_kinematics.mechanisms.pictures.drawing import (
-    GRID_STYLE,
     DrawnMechanism,
     LengthUnit,
+    Movie,
     angle_axis,
+    angle_plots,
     degrees_text,
     legend_beside,
     plane_figure,
-    wraps,
+    plot_angles,
 )
 from tri_glide_kinematics.mechanisms.pictures.skeleton import (
     BLUE,
@@ -33,7 +33,8 @@ from tri_glide_kinematics.mechanisms.pictures.skeleton import (
     GREEN,
     ORANGE,
     PURPLE,
-    bounds,
+    Line,
+    default_crank_angle,
     side_by_side,
 )
 from tri_glide_kinematics.picture_commands import LIMIT_STYLE
@@ -108,90 +109,54 @@ def coupler_curve_figure(
     linkage.pose(crank_angle, branch)
     shown = linkage.sweep([crank_angle]).branch(branch)
     (pose,) = skeleton_points(linkage, shown, coupler_point)
-    paths = [
-        (drawn, skeleton_points(linkage, linkage.sweep(angles).branch(drawn), coupler_point))
-        for angles in crank_angles(linkage)
-        for drawn in Branch
-    ]
     unit = LengthUnit.fitting(linkage.lengths.longest)
-    box = bounds(np.concatenate([pose, *(points.reshape(-1, 2) for _, points in paths)]), 0.14)
-    figure, axes = plane_figure(box, unit, beside=2.4)
-    for drawn, points in paths:
-        scaled = points * unit.per_metre
-        axes.plot(
-            *scaled[:, 4].T,
-            color=PURPLE,
-            linestyle=BRANCH_STYLES[drawn],
-            linewidth=1.8,
-            label=f"path of P, {drawn.value} branch",
-        )
-        for pin, colour in ((1, BLUE), (2, GREEN)):
-            axes.plot(*scaled[:, pin].T, color=colour, linewidth=0.7, alpha=0.6)
+    lines: list[Line] = []
+    for angles in crank_angles(linkage):
+        for drawn in Branch:
+            points = skeleton_points(linkage, linkage.sweep(angles).branch(drawn), coupler_point)
+            style, label = BRANCH_STYLES[drawn], f"path of P, {drawn.value} branch"
+            lines.append(Line(points[:, 4], PURPLE, label, style))
+            for pin, colour in ((1, BLUE), (2, GREEN)):
+                lines.append(Line(points[:, pin], colour, width=0.7, opacity=0.6))
     for link, colour in (("crank", BLUE), ("coupler", ORANGE), ("rocker", GREEN)):
-        length = getattr(linkage, link) * unit.per_metre
-        axes.plot([], [], color=colour, linewidth=2.2, label=f"{link}, {length:.4g} {unit.name}")
-    DrawnMechanism(axes, FOUR_BAR, pose, unit, named=True)
-    axes.set_title(
+        label = f"{link}, {getattr(linkage, link) * unit.per_metre:.4g} {unit.name}"
+        lines.append(Line(np.full((1, 2), np.nan), colour, label, width=2.2))
+    title = (
         f"Four-bar linkage, {linkage.grashof_class.value}\n"
-        f"at crank angle {degrees_text(crank_angle)}, {branch.value} branch",
-        fontsize=11,
+        f"at crank angle {degrees_text(crank_angle)}, {branch.value} branch"
     )
-    legend_beside(axes)
+    figure, axes = plane_figure(lines, pose, unit, title, beside=2.4, margin=0.14)
+    DrawnMechanism(axes, FOUR_BAR, pose, unit, named=True)
     return figure
 
 
 def angles_figure(linkage: FourBar) -> Figure:
     """Draw coupler, rocker and transmission angle of both branches over the crank angle."""
-    figure = Figure(figsize=(9.0, 8.0), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))
+    title = f"Four-bar linkage, {linkage.grashof_class.value}"
+    figure, upper, lower = angle_plots(title, (1.5, 1.0), (9.0, 8.0))
     intervals = crank_angles(linkage)
     for angles in intervals:
         sweep = linkage.sweep(angles)
         for branch in Branch:
-            part = sweep.branch(branch)
+            part, style = sweep.branch(branch), BRANCH_STYLES[branch]
             for name, values, colour in (
                 ("coupler", part.coupler_angles, ORANGE),
                 ("rocker", part.rocker_angles, GREEN),
             ):
-                x, y = np.insert(np.degrees([angles, values]), wraps(values), np.nan, axis=1)
-                upper.plot(
-                    x,
-                    y,
-                    color=colour,
-                    linestyle=BRANCH_STYLES[branch],
-                    linewidth=1.6,
-                    label=f"{name}, {branch.value} branch",
-                )
-        lower.plot(
-            np.degrees(angles),
-            np.degrees(sweep.open.transmission_angles),
-            color=BLUE,
-            linewidth=1.6,
-            label="both branches",
-        )
+                plot_angles(upper, angles, values, colour, f"{name}, {branch.value} branch", style)
+        plot_angles(lower, angles, sweep.open.transmission_angles, BLUE, "both branches")
     _mark_extremes(lower, linkage, intervals)
     _mark_limits((upper, lower), linkage)
-    upper.set(
-        title=f"Four-bar linkage, {linkage.grashof_class.value}", ylabel="angle from the x axis [°]"
-    )
-    lower.set(xlabel="crank angle [°]", ylabel="transmission angle [°]")
+    upper.set_ylabel("angle from the x axis [°]")
+    lower.set_ylabel("transmission angle [°]")
     angle_axis(upper, "y", -180.0, 180.0)
     angle_axis(lower, "y", 0.0, 180.0)
     ends = np.degrees([(angles[0], angles[-1]) for angles in intervals])
     border = 0.0 if linkage.crank_turns_fully else 0.05 * float(np.ptp(ends))
     angle_axis(lower, "x", float(ends.min()) - border, float(ends.max()) + border)
     for axes in (upper, lower):
-        axes.grid(**GRID_STYLE)
         legend_beside(axes)
     return figure
-
-
-def default_crank_angle(linkage: FourBar) -> float:
-    """Return the crank angle [rad] at which a linkage was given, or one that is no special one."""
-    if isinstance(linkage, AssembledFourBar):
-        return linkage.assembled_crank_angle
-    low, high = linkage.crank_ranges[0]
-    return low + 0.7 * (high - low)
 
 
 def _mark_limits(plots: Sequence[Axes], linkage: FourBar) -> None:
@@ -231,3 +196,47 @@ def _mark_extremes(axes: Axes, linkage: FourBar, intervals: Sequence[FloatArray]
             zorder=5,
             label=f"{name}: {degrees_text(value)}",
         )
+
+
+def four_bar_movie(
+    linkage: FourBar,
+    coupler_point: tuple[float, float],
+    branch: Branch,
+    frames: int,
+    crank_angle: float | None = None,
+) -> Movie:
+    """Return the motion on one branch: all the way round, or to and fro between two limits.
+
+    Args:
+        linkage: to be drawn.
+        coupler_point: x from the crank pin towards the rocker pin, y to the left of it [m].
+        branch: to be followed.
+        frames: their number.
+        crank_angle: that lies between the two limits [rad]; by default that of
+            :func:`default_crank_angle`.
+
+    Raises:
+        CrankLimitError: if the linkage cannot be closed at the crank angle.
+    """
+    if crank_angle is None:
+        crank_angle = default_crank_angle(linkage)
+    # A linkage with one change point needs two turns to come back to its start.
+    turns = 2.0 if linkage.lengths.stretches != linkage.lengths.folds else 1.0
+    if linkage.crank_turns_fully:
+        shown = np.linspace(0.0, turns * math.tau, frames, endpoint=False)
+        path = np.linspace(0.0, turns * math.tau, SAMPLES)
+    else:
+        path = interval_around(linkage, crank_angle)
+        # The quarter keeps the way back off the frames of the way there.
+        phases = math.tau * (np.arange(frames) + 0.25) / frames
+        shown = 0.5 * (path[0] + path[-1]) - 0.5 * (path[-1] - path[0]) * np.cos(phases)
+    points, paths = (
+        skeleton_points(linkage, linkage.sweep(angles).branch(branch), coupler_point)
+        for angles in (shown, path)
+    )
+    captions = tuple(
+        f"Four-bar linkage, {branch.value} branch\ncrank {degrees_text(angle, 1)}"
+        for angle in shown.tolist()
+    )
+    unit = LengthUnit.fitting(linkage.lengths.longest)
+    return Movie(FOUR_BAR, points, captions, paths, unit)

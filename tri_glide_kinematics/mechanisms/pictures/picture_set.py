@@ -16,15 +16,10 @@ from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismOverview
 from tri_glide_kinematics.mechanisms.files import MechanismFile, load_mechanism
-from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
+from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
 from tri_glide_kinematics.mechanisms.pictures import f_mechanism, four_bar
-from tri_glide_kinematics.mechanisms.pictures.animation import (
-    Movie,
-    f_mechanism_movie,
-    four_bar_movie,
-    save_movie,
-)
-from tri_glide_kinematics.mechanisms.pictures.drawing import degrees_text
+from tri_glide_kinematics.mechanisms.pictures.drawing import Movie, degrees_text, save_movie
+from tri_glide_kinematics.mechanisms.pictures.skeleton import default_branch
 
 RESOLUTION = 110.0  # dots per inch
 SHOWN_AFTER = 1.0  # a progress bar appears after so many seconds
@@ -159,17 +154,15 @@ def _of_f_mechanism(mechanism: FMechanism, choice: Choice) -> Pictures:
             "corners": lambda: f_mechanism.corners_figure(mechanism, overview, crank_angle),
         },
         f"branch_{number}",
-        lambda: f_mechanism_movie(overview.branches[number - 1], title, choice.frames),
+        lambda: f_mechanism.f_mechanism_movie(overview.branches[number - 1], title, choice.frames),
     )
 
 
 def _of_four_bar(linkage: FourBar, coupler_point: tuple[float, float], choice: Choice) -> Pictures:
     branches = tuple(Branch)
+    branch = default_branch(linkage)
     if choice.branch is not None:
         branch = branches[_checked_branch(choice.branch, len(branches)) - 1]
-    else:
-        given = linkage.assembled_branch if isinstance(linkage, AssembledFourBar) else None
-        branch = given or Branch.OPEN
     limits = sorted({limit for ends in linkage.crank_ranges for limit in ends})
     crank = "turns fully" if linkage.crank_turns_fully else f"has its limits{_at(limits)}"
     extremes = linkage.transmission_extremes
@@ -188,7 +181,9 @@ def _of_four_bar(linkage: FourBar, coupler_point: tuple[float, float], choice: C
             "angles": lambda: four_bar.angles_figure(linkage),
         },
         branch.value,
-        lambda: four_bar_movie(linkage, coupler_point, branch, choice.frames, choice.crank_angle),
+        lambda: four_bar.four_bar_movie(
+            linkage, coupler_point, branch, choice.frames, choice.crank_angle
+        ),
     )
 
 

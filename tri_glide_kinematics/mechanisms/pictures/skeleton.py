@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
 from tri_glide_kinematics.vectors import FloatArray
 
 # Colours that stay apart for colour-blind readers as well (Okabe and Ito).
@@ -77,6 +78,43 @@ F_MECHANISM = Skeleton(
     pivots=(0, 1, 2),
     traced=tuple((6 + corner, CORNER_COLOURS[corner]) for corner in (0, 1, 2)),
 )
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A line to be drawn.
+
+    Attributes:
+        places: that it joins; it is broken at NaN. Shape (n, 2) [m].
+        colour: of the line.
+        label: in the legend; none if empty.
+        style: as matplotlib names it.
+        width: of the line.
+        opacity: from 0 to 1.
+        joints: whether each place is marked as a joint.
+    """
+
+    places: FloatArray
+    colour: str
+    label: str = ""
+    style: str = "-"
+    width: float = 1.8
+    opacity: float = 1.0
+    joints: bool = False
+
+
+def default_crank_angle(linkage: FourBar) -> float:
+    """Return the crank angle [rad] at which a linkage was given, or one that is no special one."""
+    if isinstance(linkage, AssembledFourBar):
+        return linkage.assembled_crank_angle
+    low, high = linkage.crank_ranges[0]
+    return low + 0.7 * (high - low)
+
+
+def default_branch(linkage: FourBar) -> Branch:
+    """Return the branch on which a linkage was given, or the open one."""
+    given = linkage.assembled_branch if isinstance(linkage, AssembledFourBar) else None
+    return given or Branch.OPEN
 
 
 def side_by_side(*points: ArrayLike) -> FloatArray:

@@ -10,7 +10,8 @@ import numpy as np
 from viser import LabelHandle, LineSegmentsHandle, PointCloudHandle, SceneApi
 
 from tri_glide_kinematics.mechanisms.pictures import BLUE, GREEN, ORANGE, PURPLE, bounds
-from tri_glide_kinematics.panel.mechanisms.picture import Branch, Picture
+from tri_glide_kinematics.panel.mechanisms.picture import Branch
+from tri_glide_kinematics.panel.mechanisms.show import Show
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # A drawing is fitted anew when its largest side is below or above these parts of the good size.
@@ -108,26 +109,29 @@ class Drawing:
         self._draw_branch(None)
         self._fit = None
 
-    def draw(self, picture: Picture) -> None:
-        """Show a picture."""
-        fit = fitted(_box_around(picture), SIZE, self._fit)
-        if fit is not self._fit or picture.branch is not self._branch:
+    def draw(self, show: Show) -> None:
+        """Show what is known of a mechanism."""
+        skeleton, pivots = show.questions.skeleton, show.pivots
+        places = [pivots, *(position.points for position in show.positions)]
+        if show.branch is not None:
+            places.append(show.branch.extent)
+        fit = fitted(bounds(np.concatenate(places), margin=0.0), SIZE, self._fit)
+        if fit is not self._fit or show.branch is not self._branch:
             self._fit = fit
-            self._draw_branch(picture.branch, picture.paths)
-        skeleton = picture.skeleton
+            self._draw_branch(show.branch, show.questions.paths)
         others = [
             skeleton.lines(position.points)
-            for index, position in enumerate(picture.positions)
-            if index != picture.followed
+            for index, position in enumerate(show.positions)
+            if index != show.followed
         ]
         nodes = self.nodes
-        _set_points(nodes["pivots"], fit(picture.pivots))
+        _set_points(nodes["pivots"], fit(pivots))
         _set_points(nodes["others"], fit(np.concatenate([np.empty((0, 2, 2)), *others])))
-        if picture.followed is None:
+        if show.followed is None:
             for name in ("followed", "joints", "tips"):
                 nodes[name].visible = False
         else:
-            points = picture.positions[picture.followed].points
+            points = show.positions[show.followed].points
             _set_points(nodes["followed"], fit(skeleton.lines(points)))
             _set_points(nodes["joints"], fit(points))
             _set_points(nodes["tips"], fit(points[[index for index, _ in skeleton.traced]]))
@@ -191,13 +195,6 @@ def _set_points(node: LineSegmentsHandle | PointCloudHandle, points: FloatArray)
     if len(points):
         node.points = points.astype(np.float32)
     node.visible = len(points) > 0
-
-
-def _box_around(picture: Picture) -> FloatArray:
-    groups = [picture.pivots, *(position.points for position in picture.positions)]
-    if picture.branch is not None:
-        groups.append(picture.branch.extent)
-    return bounds(np.concatenate(groups), margin=0.0)
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

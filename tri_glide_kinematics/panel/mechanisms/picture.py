@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from tri_glide_kinematics.equal_numbers import first_smallest
-from tri_glide_kinematics.mechanisms.pictures import Skeleton, bounds
+from tri_glide_kinematics.mechanisms.pictures import bounds
 from tri_glide_kinematics.vectors import FloatArray, Point
 from tri_glide_kinematics.wording import number_text
 
@@ -182,27 +182,6 @@ class Branch:
             kind: dict.fromkeys(mark.label for mark in marks if mark.kind == kind) for kind in kinds
         }
         return " ".join(f"{kind} at {', '.join(angles[kind])}." for kind in kinds)
-
-
-@dataclass(frozen=True, eq=False)
-class Picture:
-    """A mechanism as it is drawn.
-
-    Attributes:
-        skeleton: what is joined to what.
-        paths: indices of the points whose paths are drawn.
-        pivots: joints that do not move. Shape (k, 2) [m].
-        positions: all at the present crank angle.
-        followed: index of the one on the followed branch; None if it has none at this angle.
-        branch: the followed one; None before it is known.
-    """
-
-    skeleton: Skeleton
-    paths: tuple[int, ...]
-    pivots: FloatArray
-    positions: tuple[Position, ...] = ()
-    followed: int | None = None
-    branch: Branch | None = None
 
 
 def degrees_text(angle: float) -> str:

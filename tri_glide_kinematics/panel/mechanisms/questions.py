@@ -1,15 +1,47 @@
-"""Questions about a mechanism, asked with numbers that a person may change."""
+"""Questions about a mechanism of a file, with numbers that a person may change, and their answers.
+
+A four-bar linkage and an F-mechanism are asked about in the same way.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
-from tri_glide_kinematics.mechanisms.pictures import Skeleton
-from tri_glide_kinematics.panel.mechanisms.picture import Branch, Position
-from tri_glide_kinematics.vectors import FloatArray
+import numpy as np
+
+from tri_glide_interfaces.msg import (
+    CrankSweep,
+    FMechanismPose,
+    FourBarDeadCentre,
+    FourBarPose,
+    Point2,
+    TraceEvent,
+)
+from tri_glide_interfaces.msg import FMechanism as FMechanismMessage
+from tri_glide_interfaces.msg import FourBar as FourBarMessage
+from tri_glide_interfaces.srv import SolveFMechanism, SolveFourBar, TraceFMechanism, TraceFourBar
+from tri_glide_kinematics.equal_numbers import first_largest
+from tri_glide_kinematics.mechanisms import MechanismFile, four_bar
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.four_bar import FourBar
+from tri_glide_kinematics.mechanisms.pictures import (
+    F_MECHANISM,
+    FOUR_BAR,
+    default_branch,
+    default_crank_angle,
+    side_by_side,
+)
+from tri_glide_kinematics.panel.mechanisms.picture import (
+    Branch,
+    Mark,
+    Position,
+    Track,
+    degrees_text,
+)
+from tri_glide_kinematics.vectors import FloatArray, Point
 
 SHORTEST, LONGEST = 0.2, 2.5  # part of a length in the file
 
@@ -61,47 +93,329 @@ def phase(label: str, value: float) -> Dimension:
     return Dimension(label, value, value - math.pi, value + math.pi, is_angle=True)
 
 
-class Questions(Protocol):
-    """Requests about one mechanism, and what is drawn of the answers.
+STEP = math.radians(0.5)  # of the crank, between two rows of a trace
+BRANCH_NAMES = {FourBarPose.OPEN: "open", FourBarPose.CROSSED: "crossed"}
+LIMIT = "The crank gets no farther"
+ROCKER_END = "The rocker turns back"
+ROCKER_ENDS = (FourBarDeadCentre.CRANK_COUPLER_STRETCHED, FourBarDeadCentre.CRANK_COUPLER_FOLDED)
+
+
+class FourBarQuestions:
+    """Requests about a four-bar linkage; the key of a position is its branch.
 
     Attributes:
+        skeleton: of the mechanism.
+        paths: indices of the points whose paths are drawn.
         dimensions: what a person may change; ``values`` below are theirs, in [m] and [rad].
         crank_angle: to start from [rad].
         key: of the position to start from.
-        skeleton: of the mechanism.
-        paths: indices of the points whose paths are drawn.
     """
 
-    skeleton: Skeleton
-    paths: tuple[int, ...]
-    dimensions: tuple[Dimension, ...]
-    crank_angle: float
-    key: float
+    solve_service = SolveFourBar
+    trace_service = TraceFourBar
+    skeleton = FOUR_BAR
+    paths: tuple[int, ...] = (4, 2)  # the coupler curve, and the way of the rocker pin
 
-    @property
-    def solve_service(self) -> Any:
-        """Type of the service that gives all positions at a crank angle."""
-
-    @property
-    def trace_service(self) -> Any:
-        """Type of the service that follows a branch."""
+    def __init__(self, file: MechanismFile, linkage: FourBar) -> None:
+        """Ask about the ``linkage`` that a ``file`` holds."""
+        self._linkage = linkage
+        size = linkage.coupler
+        x, y = file.coupler_point
+        self.dimensions: tuple[Dimension, ...] = (
+            length("crank", linkage.crank),
+            length("coupler", linkage.coupler),
+            length("rocker", linkage.rocker),
+            length("ground", linkage.ground),
+            coordinate("point along the coupler", x, size),
+            coordinate("point beside the coupler", y, size),
+        )
+        self.crank_angle = default_crank_angle(linkage)
+        crossed = default_branch(linkage) is four_bar.Branch.CROSSED
+        self.key = float(FourBarPose.CROSSED if crossed else FourBarPose.OPEN)
 
     def pivots(self, values: Sequence[float]) -> FloatArray:
-        """Return the joints that do not move. Shape (k, 2) [m]."""
+        """Return the joints that do not move. Shape (2, 2) [m]."""
+        return self._pivots(values[3])
 
-    def solve_request(self, values: Sequence[float], crank_angle: float) -> Any:
+    def _pivots(self, ground: float) -> FloatArray:
+        x, y = self._linkage.crank_pivot
+        angle = self._linkage.ground_angle
+        return np.array([(x, y), (x + ground * math.cos(angle), y + ground * math.sin(angle))])
+
+    def solve_request(self, values: Sequence[float], crank_angle: float) -> SolveFourBar.Request:
         """Ask for all positions at a crank angle [rad]."""
+        return SolveFourBar.Request(
+            linkage=self._message(values), crank_angle=crank_angle, coupler_point=_point(values)
+        )
 
-    def positions(self, answer: Any) -> tuple[Position, ...]:
+    def positions(self, answer: SolveFourBar.Response) -> tuple[Position, ...]:
         """Return the positions of an answer."""
+        return tuple(_four_bar_position(pose) for pose in answer.poses)
 
     def distance(self, key: float, other: float) -> float:
         """Return how far apart two positions at one crank angle are."""
+        return abs(key - other)
 
     def trace_request(
-        self, values: Sequence[float], crank_angle: float, key: float, answer: Any
-    ) -> Any:
-        """Ask for the branch of the position ``key`` that was answered at a crank angle [rad]."""
+        self,
+        values: Sequence[float],
+        crank_angle: float,
+        key: float,
+        answer: SolveFourBar.Response,
+    ) -> TraceFourBar.Request:
+        """Ask for the branch that passes the position ``key``, from limit to limit or once around.
 
-    def branch(self, request: Any, answer: Any) -> Branch | None:
+        The position was answered at this crank angle [rad].
+        """
+        low, high = _range_around(crank_angle, answer)
+        return TraceFourBar.Request(
+            linkage=self._message(values),
+            branch=round(key),
+            sweep=CrankSweep(
+                start_angle=low, end_angle=high, steps=max(2, math.ceil((high - low) / STEP))
+            ),
+            coupler_point=_point(values),
+        )
+
+    def branch(self, request: TraceFourBar.Request, answer: TraceFourBar.Response) -> Branch | None:
         """Return the branch of an answer, or none if it is a single position."""
+        angles = np.array(answer.crank_angle)
+        crank_pins, pins, coupler_points = _ways(answer, "crank_pin", "rocker_pin", "coupler_point")
+        crank_pivot, rocker_pivot = self._pivots(request.linkage.ground)
+        points = side_by_side(crank_pivot, crank_pins, pins, rocker_pivot, coupler_points)
+        # A row on a limit may lie beyond it by rounding.
+        known = np.isfinite(pins).all(axis=1)
+        angles, pins, points = angles[known], pins[known], points[known]
+        if angles.size < 2:
+            return None
+        full = answer.properties.crank_turns_fully
+        ends = () if full else (0, -1)
+        events = [(LIMIT, float(angles[row])) for row in ends]
+        events += [
+            (ROCKER_END, centre.crank_angle)
+            for centre in answer.properties.dead_centres
+            if centre.kind in ROCKER_ENDS
+            and centre.branch in (request.branch, FourBarPose.BOTH)
+            and (centre.crank_angle - angles[0]) % math.tau <= angles[-1] - angles[0]
+        ]
+        return Branch(
+            Track(angles, np.full(angles.size, float(request.branch)), closed=full),
+            points,
+            tuple(Mark(_place_at(angle, angles, pins), kind, angle) for kind, angle in events),
+            _words(answer),
+        )
+
+    def _message(self, values: Sequence[float]) -> FourBarMessage:
+        linkage = self._linkage
+        crank, coupler, rocker, ground = values[:4]
+        x, y = linkage.crank_pivot
+        return FourBarMessage(
+            crank=crank,
+            coupler=coupler,
+            rocker=rocker,
+            ground=ground,
+            ground_angle=linkage.ground_angle,
+            crank_pivot=Point2(x=x, y=y),
+            tolerance=linkage.tolerance,
+        )
+
+
+def _ways(answer: Any, *names: str) -> list[FloatArray]:
+    """Return the ways of points along a branch, shape (n, 2) each [m]."""
+    return [
+        np.stack([getattr(answer, f"{name}_x"), getattr(answer, f"{name}_y")], axis=1)
+        for name in names
+    ]
+
+
+def _places(*points: Point2) -> FloatArray:
+    return np.array([(point.x, point.y) for point in points])
+
+
+def _point(values: Sequence[float]) -> Point2:
+    return Point2(x=values[4], y=values[5])
+
+
+def _four_bar_position(pose: FourBarPose) -> Position:
+    joints = (pose.crank_pivot, pose.crank_pin, pose.rocker_pin, pose.rocker_pivot)
+    points = _places(*joints, pose.coupler_point)
+    text = (
+        f"{BRANCH_NAMES[pose.branch]}, transmission angle {degrees_text(pose.transmission_angle)}"
+    )
+    return Position(float(pose.branch), points, text)
+
+
+def _range_around(crank_angle: float, answer: SolveFourBar.Response) -> tuple[float, float]:
+    """Return the crank's limits around a crank angle [rad]."""
+
+    def beyond(ends: tuple[float, float]) -> float:
+        middle, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
+        return max(0.0, abs(math.remainder(crank_angle - middle, math.tau)) - half)
+
+    properties = answer.properties
+    # On a limit, it may be beyond it by rounding.
+    return min(zip(properties.crank_range_begin, properties.crank_range_end), key=beyond)
+
+
+def _place_at(crank_angle: float, angles: FloatArray, pins: FloatArray) -> Point:
+    offsets = np.abs(np.remainder(angles - crank_angle + math.pi, math.tau) - math.pi)
+    x, y = pins[int(offsets.argmin())].tolist()
+    return x, y
+
+
+def _words(answer: TraceFourBar.Response) -> str:
+    properties = answer.properties
+    turns = "turns fully" if properties.crank_turns_fully else "does not turn fully"
+    low = degrees_text(properties.smallest_transmission_angle)
+    high = degrees_text(properties.largest_transmission_angle)
+    name = properties.grashof_class.capitalize()
+    return f"{name}: the crank {turns}. Transmission angle {low} to {high}."
+
+
+STEPS = 720  # of the crank in a full turn, between the rows of a trace
+LETTERS = "ABC"
+# A start is looked for at so many crank angles.
+STARTS = 36
+# Branches that turn fully, and those that turn back, are closed by then.
+TURNS = 2
+MARKED = {
+    TraceEvent.TURNING_POINT: "The cranks turn back",
+    TraceEvent.BIFURCATION: "Branches meet",
+    TraceEvent.SINGULAR: "The continuation is not unique",
+}
+TURNS_FULLY = {
+    TraceFMechanism.Response.YES: "The cranks turn fully on this branch.",
+    TraceFMechanism.Response.NO: "The cranks cannot turn fully on this branch.",
+    TraceFMechanism.Response.UNDECIDED: f"The branch does not close within {TURNS} turns.",
+}
+
+
+class FMechanismQuestions:
+    """Requests about an F-mechanism; the key of a position is its angle [rad].
+
+    The attributes are those of ``FourBarQuestions``.
+    """
+
+    solve_service = SolveFMechanism
+    trace_service = TraceFMechanism
+    skeleton = F_MECHANISM
+    paths: tuple[int, ...] = (6, 7, 8)  # of the corners of the platform
+
+    def __init__(self, mechanism: FMechanism) -> None:
+        """Ask about the ``mechanism`` of a file."""
+        linkage = mechanism.linkage
+        self._base = [(pivot.real, pivot.imag) for pivot in linkage.pivots]
+        self._platform = [(joint.real, joint.imag) for joint in linkage.joints]
+        self._counter_rotating = linkage.speeds[1] < 0.0
+        self.dimensions: tuple[Dimension, ...] = (
+            *(length(f"crank {letter}", r) for letter, r in zip(LETTERS, linkage.cranks)),
+            *(length(f"rod {letter}", r) for letter, r in zip(LETTERS, linkage.rods)),
+            phase("phase B", mechanism.phase_b),
+            phase("phase C", mechanism.phase_c),
+        )
+        angles = np.arange(STARTS) * math.tau / STARTS
+        counts = [len(mechanism.poses(angle)) for angle in angles]
+        self.crank_angle = float(angles[first_largest(counts)])
+        self.key = 0.0
+
+    def pivots(self, values: Sequence[float]) -> FloatArray:
+        """Return the joints that do not move. Shape (3, 2) [m]."""
+        del values
+        return np.array(self._base)
+
+    def solve_request(self, values: Sequence[float], crank_angle: float) -> SolveFMechanism.Request:
+        """Ask for all positions at a crank angle [rad]."""
+        return SolveFMechanism.Request(mechanism=self._message(values), crank_angle=crank_angle)
+
+    def positions(self, answer: SolveFMechanism.Response) -> tuple[Position, ...]:
+        """Return the positions of an answer."""
+        return tuple(self._position(pose) for pose in answer.poses)
+
+    def distance(self, key: float, other: float) -> float:
+        """Return how far apart two positions at one crank angle are [rad]."""
+        return abs(math.remainder(key - other, math.tau))
+
+    def trace_request(
+        self,
+        values: Sequence[float],
+        crank_angle: float,
+        key: float,
+        answer: SolveFMechanism.Response,
+    ) -> TraceFMechanism.Request:
+        """Ask for the branch that passes the position ``key``, through its turning points.
+
+        The position was answered at this crank angle [rad].
+        """
+        del answer
+        return TraceFMechanism.Request(
+            mechanism=self._message(values),
+            sweep=CrankSweep(
+                start_angle=crank_angle,
+                end_angle=crank_angle + TURNS * math.tau,
+                steps=TURNS * STEPS,
+            ),
+            start_by=TraceFMechanism.Request.BY_ANGLE,
+            pose_angle=key,
+            go_through=True,
+        )
+
+    def branch(
+        self, request: TraceFMechanism.Request, answer: TraceFMechanism.Response
+    ) -> Branch | None:
+        """Return the branch of an answer, or none if it is a single position."""
+        del request
+        if len(answer.crank_angle) < 2:
+            return None
+        moving = _ways(answer, "a1", "b1", "c1", "a2", "b2", "c2")
+        return Branch(
+            _track(answer),
+            side_by_side(*self._base, *moving),
+            _marks(answer),
+            TURNS_FULLY[answer.turns_fully],
+        )
+
+    def _message(self, values: Sequence[float]) -> FMechanismMessage:
+        return FMechanismMessage(
+            base=[Point2(x=x, y=y) for x, y in self._base],
+            crank_lengths=values[:3],
+            rod_lengths=values[3:6],
+            platform=[Point2(x=x, y=y) for x, y in self._platform],
+            phase_b=values[6],
+            phase_c=values[7],
+            counter_rotating=self._counter_rotating,
+        )
+
+    def _position(self, pose: FMechanismPose) -> Position:
+        points = np.concatenate([self._base, _places(*pose.crank_pins, *pose.platform_joints)])
+        return Position(pose.angle, points, f"platform at {degrees_text(pose.angle)}")
+
+
+Questions = FourBarQuestions | FMechanismQuestions
+
+
+def _track(answer: TraceFMechanism.Response) -> Track:
+    """Return the way along a branch, its turning points included."""
+    angles, keys = np.array(answer.crank_angle), np.array(answer.angle)
+    turning = [event for event in answer.events if event.kind == TraceEvent.TURNING_POINT]
+    behind = [event.row + 1 for event in turning]
+    turned = [
+        # Of an event, the angle of the platform is not counted on over full turns.
+        keys[event.row] + math.remainder(event.angle - keys[event.row], math.tau)
+        for event in turning
+    ]
+    closed = any(event.kind == TraceEvent.CLOSED for event in answer.events)
+    return Track(
+        np.insert(angles, behind, [event.crank_angle for event in turning]),
+        np.insert(keys, behind, turned),
+        closed,
+    )
+
+
+def _marks(answer: TraceFMechanism.Response) -> tuple[Mark, ...]:
+    marks = (
+        Mark((event.position.x, event.position.y), MARKED[event.kind], event.crank_angle)
+        for event in answer.events
+        if event.kind in MARKED
+    )
+    # A branch that passes a place several times marks it once.
+    return tuple({(mark.kind, mark.label): mark for mark in marks}.values())

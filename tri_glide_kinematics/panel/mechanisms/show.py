@@ -12,8 +12,9 @@ from rclpy.task import Future
 
 from tri_glide_interfaces.srv import SolveFMechanism, SolveFourBar, TraceFMechanism, TraceFourBar
 from tri_glide_kinematics.equal_numbers import first_smallest
-from tri_glide_kinematics.panel.mechanisms.picture import Branch, Picture, Position
+from tri_glide_kinematics.panel.mechanisms.picture import Branch, Position
 from tri_glide_kinematics.panel.mechanisms.questions import Questions
+from tri_glide_kinematics.vectors import FloatArray
 
 PATIENCE = 5.0  # s, until an answer is given up
 
@@ -124,21 +125,25 @@ class Show:
     come from one thread.
 
     Attributes:
+        questions: about the mechanism.
+        positions: all at the present crank angle.
+        followed: index of the one on the followed branch; None if it has none at this angle.
+        branch: the followed one; None before it is known.
         crank_angle: that was asked for last; full turns do not matter [rad].
     """
 
     def __init__(self, questions: Questions, requests: MechanismRequests) -> None:
         """Ask for the positions of the mechanism as it is in its file."""
-        self._questions = questions
+        self.questions = questions
         self._solve = requests.newest_of(questions.solve_service)
         self._trace = requests.newest_of(questions.trace_service)
         self._refusals = {"positions": "", "branch": ""}
         self._values: Values = tuple(item.value for item in questions.dimensions)
         self._answer: Any = None
-        self._positions: tuple[Position, ...] = ()
-        self._followed: int | None = None
+        self.positions: tuple[Position, ...] = ()
+        self.followed: int | None = None
         self._traced: Values | None = None
-        self._branch: Branch | None = None
+        self.branch: Branch | None = None
         self._key = questions.key
         self._place = 0.0
         self._on_branch = True
@@ -148,13 +153,9 @@ class Show:
         self._ask()
 
     @property
-    def picture(self) -> Picture:
-        """As it is drawn now."""
-        asked = self._questions
-        pivots = asked.pivots(self._solved.values)
-        return Picture(
-            *(asked.skeleton, asked.paths, pivots, self._positions, self._followed, self._branch)
-        )
+    def pivots(self) -> FloatArray:
+        """The joints that do not move. Shape (k, 2) [m]."""
+        return self.questions.pivots(self._solved.values)
 
     @property
     def problem(self) -> str:
@@ -165,12 +166,12 @@ class Show:
     @property
     def words(self) -> str:
         """The text of the drawing: a paragraph on the branch and one on the position."""
-        branch = self._branch
+        branch = self.branch
         paragraphs = [] if branch is None else [f"{branch.text} {branch.events}".strip()]
-        count = len(self._positions)
-        if self._followed is not None:
-            text = self._positions[self._followed].text
-            paragraphs.append(f"Position {self._followed + 1} of {count}: {text}.")
+        count = len(self.positions)
+        if self.followed is not None:
+            text = self.positions[self.followed].text
+            paragraphs.append(f"Position {self.followed + 1} of {count}: {text}.")
         elif count:
             paragraphs.append("The followed branch does not come to this crank angle.")
         return "\n\n".join(paragraphs)
@@ -189,9 +190,9 @@ class Show:
 
     def advance(self, way: float) -> None:
         """Turn the crank on by ``way`` [rad] along the branch, back where the crank must."""
-        if self._branch is None:
+        if self.branch is None:
             return
-        track = self._branch.track
+        track = self.branch.track
         self._place, self._forward = track.advanced(self._place, way, self._forward)
         self._key = track.key(self._place)
         self.crank_angle = track.crank_angle(self._place)
@@ -200,11 +201,11 @@ class Show:
 
     def follow_next(self) -> None:
         """Follow the next one of the positions at this crank angle."""
-        if self._positions:
-            before = -1 if self._followed is None else self._followed
-            self._followed = (before + 1) % len(self._positions)
-            self._key = self._positions[self._followed].key
-            self._branch, self._on_branch = None, True
+        if self.positions:
+            before = -1 if self.followed is None else self.followed
+            self.followed = (before + 1) % len(self.positions)
+            self._key = self.positions[self.followed].key
+            self.branch, self._on_branch = None, True
             self._ask_branch()
 
     def step(self, time: float) -> bool:
@@ -221,7 +222,7 @@ class Show:
         return solved is not None or traced is not None or problem != self.problem
 
     def _ask(self) -> None:
-        request = self._questions.solve_request(self._values, self.crank_angle)
+        request = self.questions.solve_request(self._values, self.crank_angle)
         key = self._key if self._on_branch else None
         self._solve.ask(request, _Asked(self._values, self.crank_angle, key))
 
@@ -229,38 +230,38 @@ class Show:
         asked: _Asked = wish.about
         self._solved, self._answer = asked, answer
         self._refusals["positions"] = answer.message
-        self._positions = self._questions.positions(answer)
-        self._followed = None
-        if not self._positions:
+        self.positions = self.questions.positions(answer)
+        self.followed = None
+        if not self.positions:
             if asked.values != self._traced:
                 # Nothing is known of the branches of a mechanism of these dimensions.
-                self._branch, self._traced, self._on_branch = None, None, True
+                self.branch, self._traced, self._on_branch = None, None, True
                 self._refusals["branch"] = ""
             return
         if asked.key is not None or asked.values != self._traced:
             key = self._key if asked.key is None else asked.key
-            distances = [self._questions.distance(key, item.key) for item in self._positions]
-            self._followed = first_smallest(distances)
+            distances = [self.questions.distance(key, item.key) for item in self.positions]
+            self.followed = first_smallest(distances)
         if asked.values != self._traced:
             self._ask_branch()
 
     def _ask_branch(self) -> None:
         """Ask for the branch of the followed position."""
-        assert self._followed is not None
+        assert self.followed is not None
         asked = self._solved
-        key = self._positions[self._followed].key
-        request = self._questions.trace_request(asked.values, asked.crank_angle, key, self._answer)
+        key = self.positions[self.followed].key
+        request = self.questions.trace_request(asked.values, asked.crank_angle, key, self._answer)
         self._traced = asked.values
         self._trace.ask(request, asked.crank_angle)
 
     def _take_branch(self, wish: Wish, answer: Any) -> None:
         self._refusals["branch"] = answer.message
-        self._branch = self._questions.branch(wish.request, answer) if answer.success else None
-        if self._branch is None:
+        self.branch = self.questions.branch(wish.request, answer) if answer.success else None
+        if self.branch is None:
             # Another position may have one.
             self._traced = None
             return
-        track = self._branch.track
+        track = self.branch.track
         self._place = track.place_of(wish.about)
         self._forward = True
         # From there it goes on to where the crank is by now, in the full turns of the track.
@@ -269,9 +270,9 @@ class Show:
 
     def _find_place(self) -> None:
         """Go along the branch to the present crank angle, or stay where it cannot go on."""
-        if self._branch is None:
+        if self.branch is None:
             return
-        track = self._branch.track
+        track = self.branch.track
         place = track.turned(self._place, self.crank_angle - track.crank_angle(self._place))
         self._on_branch = place is not None
         if place is not None:

@@ -14,9 +14,12 @@ from tri_glide_kinematics.mechanisms import MechanismFile, MechanismFileError, l
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
 from tri_glide_kinematics.panel.mechanisms.drawing import SIZE, Drawing
-from tri_glide_kinematics.panel.mechanisms.f_mechanism import FMechanismQuestions
-from tri_glide_kinematics.panel.mechanisms.four_bar import FourBarQuestions
-from tri_glide_kinematics.panel.mechanisms.questions import Dimension, Questions
+from tri_glide_kinematics.panel.mechanisms.questions import (
+    Dimension,
+    FMechanismQuestions,
+    FourBarQuestions,
+    Questions,
+)
 from tri_glide_kinematics.panel.mechanisms.show import MechanismRequests, Show
 from tri_glide_kinematics.vectors import Vector3
 
@@ -102,7 +105,7 @@ class MechanismsTab:
             self._advanced_at = time
             self._turn(show, self.crank.value)
         if show.step(time):
-            self.drawing.draw(show.picture)
+            self.drawing.draw(show)
             self.words.content = _markdown(show)
 
     def follow_next(self) -> None:
