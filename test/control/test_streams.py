@@ -82,3 +82,17 @@ def test_a_stream_that_may_be_slow_needs_a_longer_pause():
     twists.receive(START + 1.5 * LEAST_PAUSE)
     with pytest.raises(CommandRefusedError, match=r"a pause of 1 s"):
         twists.check_released()
+
+
+def test_a_command_that_was_held_up_is_refused_whatever_the_clocks():
+    twists = twist_stream(TIMEOUT)
+    for number in range(50):
+        # By a clock that is far behind.
+        twists.receive(START + 0.02 * number)
+        twists.check_age(900.0 + 0.001 * (number % 3))
+    with pytest.raises(CommandRefusedError, match=r"0\.3 s older than the quickest"):
+        twists.check_age(900.3)
+    twists.check_age(float("nan"))
+    # Another sender, after a pause.
+    twists.receive(START + 1.0 + 1.1 * LEAST_PAUSE)
+    twists.check_age(905.0)

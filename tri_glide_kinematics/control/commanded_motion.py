@@ -117,10 +117,15 @@ class CommandedMotion:
             self._engine.check_position(command.destination)
         self._carry_out(command)
 
-    def jog(self, velocity: Vector3, now: float) -> None:
+    def jog(self, velocity: Vector3, now: float, age: float = math.nan) -> None:
         """Move the platform with ``velocity`` [m/s] until the next twist or the timeout.
 
         No velocity at all is a released stick: it ends a jog, and nothing else.
+
+        Args:
+            velocity: of the platform. Shape (3,) [m/s].
+            now: time of receipt [s].
+            age: how long ago its stamp was then, by this computer's clock; NaN without one [s].
 
         Raises:
             KinematicsError: with the reason, if it is refused; what went on goes on.
@@ -134,6 +139,7 @@ class CommandedMotion:
             return
         self._states.check_accepting()
         self._streams.twists.check_released()
+        self._streams.twists.check_age(age)
         self._carry_out(jog)
 
     def track(self, position: Vector3, velocity: Vector3, seen: float, now: float) -> None:

@@ -17,6 +17,9 @@ SLOWEST_STREAM = 1.0
 # is longer: a network that is held up shall not set a stopped machine off [s].
 LEAST_PAUSE = 0.5
 
+# How fast two clocks may go apart: so much the usual age of commands is taken to grow [s/s].
+DRIFT = 0.01
+
 
 class Stream:
     """Knows when its commands came in, and whether their sender has let go after a stop.
@@ -47,6 +50,8 @@ class Stream:
         self._received = -math.inf
         self._accepted = -math.inf
         self._release_needed = False
+        # That of the quickest command, by clocks that need not be set alike [s].
+        self._usual_age = math.inf
 
     def receive(self, now: float, released: bool = False) -> float:
         """Note a command that comes in ``now`` [s]; return how long after the last one [s].
@@ -60,8 +65,10 @@ class Stream:
         """
         seen_pause = min(now, self.looked_at) - self._received
         pause, self._received = now - self._received, now
+        self._usual_age += DRIFT * min(pause, LEAST_PAUSE)
         if released or seen_pause > self._least_pause:
             self._release_needed = False
+            self._usual_age = math.inf
         return pause
 
     @property
@@ -83,6 +90,24 @@ class Stream:
                 f"{self._motion} was stopped: it needs {self._release} of "
                 f"{self._least_pause:g} s before it goes on",
                 Refusal.NOT_RELEASED,
+            )
+
+    def check_age(self, age: float) -> None:
+        """Check that a command was not held up on its way, by the ``age`` of its stamp [s].
+
+        NaN is no stamp. Clocks need not be set alike: what counts is how much older it is than the
+        quickest one since the sender let go.
+
+        Raises:
+            CommandRefusedError: if that is more than the timeout.
+        """
+        self._usual_age = min(self._usual_age, age)
+        late = age - self._usual_age
+        if late > self.timeout:
+            raise CommandRefusedError(
+                f"the {self._command} is {number_text(late, 2)} s older than the quickest one, by "
+                f"its stamp: at most {self._command}_timeout, {self.timeout:g} s",
+                Refusal.STAMP,
             )
 
     def accept(self, received: float) -> None:

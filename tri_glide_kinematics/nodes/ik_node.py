@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from functools import partial
@@ -40,7 +41,9 @@ from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle, PlanningTime
 from tri_glide_kinematics.ros.messages import (
     LATEST_OUTPUTS,
+    age_of,
     age_of_target,
+    has_stamp,
     moving_target,
     target_position,
     target_velocity,
@@ -300,7 +303,9 @@ class IkNode(Node):
         try:
             velocity = target_velocity(message, self._base_frame, self._platform_frame)
             self._outputs.check_jogging()
-            self._controller.jog(velocity, now)
+            stamp = message.header.stamp
+            age = age_of(stamp, self.get_clock()) if has_stamp(stamp) else math.nan
+            self._controller.jog(velocity, now, age)
         except KinematicsError as error:
             self._refused.refuse(f"refused a target twist: {error}", error.refusal)
 

@@ -141,11 +141,11 @@ def age_of_target(stamp: Time, clock: Clock, timeout: float) -> float:
     Raises:
         RefusedMessageError: if there is no stamp, or one of another clock.
     """
-    if not stamp.sec and not stamp.nanosec:
+    if not has_stamp(stamp):
         raise RefusedMessageError(
             "target state has no stamp: it must say when the target was there", Refusal.STAMP
         )
-    age = 1e-9 * (clock.now().nanoseconds - (1_000_000_000 * stamp.sec + stamp.nanosec))
+    age = age_of(stamp, clock)
     if not -LARGEST_LEAD <= age <= timeout:
         relation, limit = ("behind", timeout) if age > 0.0 else ("ahead of", LARGEST_LEAD)
         raise RefusedMessageError(
@@ -154,6 +154,16 @@ def age_of_target(stamp: Time, clock: Clock, timeout: float) -> float:
             Refusal.STAMP,
         )
     return age
+
+
+def has_stamp(stamp: Time) -> bool:
+    """Return whether a message says when it was made."""
+    return bool(stamp.sec or stamp.nanosec)
+
+
+def age_of(stamp: Time, clock: Clock) -> float:
+    """Return how long ago a ``stamp`` was, by a ``clock`` [s]."""
+    return 1e-9 * (clock.now().nanoseconds - (1_000_000_000 * stamp.sec + stamp.nanosec))
 
 
 def check_frame(what: str, frame: str, allowed: Sequence[str]) -> None:
