@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.sizing.extents import NoCylinderError as NoCylinderError
     from tri_glide_kinematics.sizing.extents import inscribed_height as inscribed_height
     from tri_glide_kinematics.sizing.extents import inscribed_radius as inscribed_radius
-    from tri_glide_kinematics.sizing.fields import Cells as Cells
-    from tri_glide_kinematics.sizing.fields import Loads as Loads
     from tri_glide_kinematics.sizing.level_maps import Maps as Maps
     from tri_glide_kinematics.sizing.level_maps import maps as maps
     from tri_glide_kinematics.sizing.mesh import Mesh as Mesh
@@ -25,7 +23,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.sizing.mesh import stl_bytes as stl_bytes
     from tri_glide_kinematics.sizing.mesh import surface as surface
     from tri_glide_kinematics.sizing.parameter_file import parameter_text as parameter_text
-    from tri_glide_kinematics.sizing.proof import largest_over as largest_over
     from tri_glide_kinematics.sizing.search import ImpossibleWishError as ImpossibleWishError
     from tri_glide_kinematics.sizing.search import size as size
     from tri_glide_kinematics.sizing.sizing import Sizing as Sizing

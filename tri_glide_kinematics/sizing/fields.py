@@ -164,12 +164,6 @@ class Cells:
         with np.errstate(invalid="ignore", divide="ignore"):
             return _or_infinite(self.lengths / self.rises)
 
-    def level_speed_ratios(self) -> FloatArray:
-        """Return the same for a platform that moves level. Shape (3, n)."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            squares = (self.lengths - self.rises) * (self.lengths + self.rises)
-            return _or_infinite(np.sqrt(np.maximum(squares, 0.0)) / self.rises)
-
     def position_errors(self) -> FloatArray:
         """Return the largest position error for errors of at most 1 of each slider. Shape (n,)."""
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):

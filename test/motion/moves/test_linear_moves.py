@@ -26,7 +26,8 @@ from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.errors import NoRoomError, PlanningError
 from tri_glide_kinematics.motion.limit_use import are_within
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
-from tri_glide_kinematics.motion.moves import LinearMotion, LineJoining, LineToEdge, LineToPosition
+from tri_glide_kinematics.motion.moves import LinearMotion, LineJoining, LineToPosition
+from tri_glide_kinematics.motion.moves.line_entry import LineToEdge
 from tri_glide_kinematics.motion.trajectory import StraightLine, derivative_bounds
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits

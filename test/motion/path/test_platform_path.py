@@ -16,12 +16,11 @@ from tri_glide_kinematics.errors import (
     WrongShapeError,
 )
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path import (
+from tri_glide_kinematics.motion.path import PathError, PlatformPath
+from tri_glide_kinematics.motion.path.errors import (
     ApartError,
     EmptyPathError,
     NoArcError,
-    PathError,
-    PlatformPath,
     RepeatedPointError,
     ShortSegmentError,
 )

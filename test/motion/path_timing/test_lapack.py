@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 
-from tri_glide_kinematics.motion.path_timing import dpbtrf, dpbtrs
+from tri_glide_kinematics.motion.path_timing.interior_point import dpbtrf, dpbtrs
 
 MOTION_ALONE = """
 import sys

@@ -10,9 +10,10 @@ from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.motion.errors import PathTimingError, PlanningError
 from tri_glide_kinematics.motion.moves import LineTiming
 from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.motion.path_timing import MOST_PIECES, plan_window, time_path
 from tri_glide_kinematics.motion.path_timing import grid as timing_grid
+from tri_glide_kinematics.motion.path_timing import plan_window, time_path
 from tri_glide_kinematics.motion.path_timing import windows as path_timing
+from tri_glide_kinematics.motion.path_timing.grid import MOST_PIECES
 from tri_glide_kinematics.motion.trajectory import PathStart, StraightLine, check_along
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 

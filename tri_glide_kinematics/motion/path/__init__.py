@@ -14,21 +14,14 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.checked_numbers import check_count as check_count
     from tri_glide_kinematics.motion.path.corners import ShapedCorners as ShapedCorners
     from tri_glide_kinematics.motion.path.driven_path import DrivenPath as DrivenPath
-    from tri_glide_kinematics.motion.path.errors import ApartError as ApartError
-    from tri_glide_kinematics.motion.path.errors import EmptyPathError as EmptyPathError
-    from tri_glide_kinematics.motion.path.errors import NoArcError as NoArcError
     from tri_glide_kinematics.motion.path.errors import PathError as PathError
     from tri_glide_kinematics.motion.path.errors import PathPlaceError as PathPlaceError
-    from tri_glide_kinematics.motion.path.errors import RepeatedPointError as RepeatedPointError
     from tri_glide_kinematics.motion.path.errors import SegmentError as SegmentError
-    from tri_glide_kinematics.motion.path.errors import ShortSegmentError as ShortSegmentError
     from tri_glide_kinematics.motion.path.errors import TooManySegmentsError as TooManySegmentsError
     from tri_glide_kinematics.motion.path.flat_path import PLACE_OF_ANGLE as PLACE_OF_ANGLE
     from tri_glide_kinematics.motion.path.flat_path import FlatPath as FlatPath
     from tri_glide_kinematics.motion.path.flat_path import SegmentKind as SegmentKind
     from tri_glide_kinematics.motion.path.flat_path import polyline_from as polyline_from
-    from tri_glide_kinematics.motion.path.number_sets import are_among as are_among
-    from tri_glide_kinematics.motion.path.number_sets import distinct as distinct
     from tri_glide_kinematics.motion.path.piecewise_path import Indices as Indices
     from tri_glide_kinematics.motion.path.place_check import check_place as check_place
     from tri_glide_kinematics.motion.path.place_check import clearances as clearances
@@ -37,9 +30,5 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.polylines import polylines_of as polylines_of
     from tri_glide_kinematics.motion.path.segments import SHORTEST as SHORTEST
     from tri_glide_kinematics.motion.path.segments import Segments as Segments
-    from tri_glide_kinematics.motion.path.segments import arc_about as arc_about
-    from tri_glide_kinematics.motion.path.segments import arc_through as arc_through
-    from tri_glide_kinematics.motion.path.segments import joined as joined
-    from tri_glide_kinematics.motion.path.segments import line as line
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -176,7 +176,7 @@ class FlatPath:
         """
         if self._begins_at(start):
             # A first point taken from a measurement is a little beside the setpoint.
-            return self._without_first().path_from(_vector(self.numbers[:3]))
+            return self.part(1, len(self)).path_from(_vector(self.numbers[:3]))
         return PlatformPath.of_parts(self._parts(start))
 
     def _parts(self, start: Vector3) -> Iterator[Segments]:
@@ -208,15 +208,6 @@ class FlatPath:
         """Tell whether the first of several segments is a line that only leads to the ``start``."""
         is_line = len(self) > 1 and self.kinds[0] == SegmentKind.LINE
         return is_line and math.dist(start, _vector(self.numbers[:3])) < SHORTEST
-
-    def _without_first(self) -> FlatPath:
-        return FlatPath(
-            self.kinds[1:],
-            self.numbers[3:],
-            self.offsets[1:] - 3,
-            self.tolerances[1:],
-            self.speeds[1:],
-        )
 
     def _lines(self, first: int, last: int, start: Vector3) -> Segments:
         """Return segments that are all lines."""

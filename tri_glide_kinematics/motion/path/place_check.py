@@ -24,13 +24,12 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.errors import PathPlaceError
-from tri_glide_kinematics.motion.path.number_sets import distinct
 from tri_glide_kinematics.tri_glide import (
     ball_that_keeps,
     extreme_singular_values_batch,
     jacobian_rows,
 )
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.wording import vector_text
 from tri_glide_kinematics.workspace import ROUNDING, TOLERANCE, Bound, Disc, Face, Workspace
 
@@ -131,7 +130,7 @@ def _first_ways(driven: DrivenPath, start: float) -> FloatArray:
     count = max(int(np.ceil((driven.length - start) / FIRST_PLACES_APART)), 1)
     even = np.linspace(start, driven.length, count + 1)
     stops = driven.stops[driven.stops > start]
-    return distinct(even, stops)
+    return ascending(np.append(even, stops))
 
 
 def _check_between(

@@ -24,7 +24,6 @@ from tri_glide_kinematics.motion.path import (
     PlatformPath,
     ShapedCorners,
     check_place,
-    distinct,
 )
 from tri_glide_kinematics.motion.path_timing.grid import MOST_PIECES
 from tri_glide_kinematics.motion.path_timing.speed_estimate import (
@@ -51,7 +50,7 @@ from tri_glide_kinematics.motion.trajectory import (
     evaluate,
     total_duration,
 )
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.workspace import Workspace
 
 # Part above the speed that the path asks for to which a hard braking from that speed is checked, as
@@ -475,7 +474,7 @@ class _MotionAhead(NamedTuple):
             first = int(np.searchsorted(breaks, place, "right"))
             end = min(float(breaks[min(first + _BREAKS_AHEAD, len(breaks) - 1)]), stop)
             places = samples(place, end, breaks[first : int(np.searchsorted(breaks, end))])
-            places = distinct(places, 0.5 * (places[1:] + places[:-1]))
+            places = ascending(np.append(places, 0.5 * (places[1:] + places[:-1])))
             yield
             seen = heights.derivatives(places)
             yield

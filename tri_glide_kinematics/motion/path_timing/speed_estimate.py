@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.limits import PathPlaces, PathRows, SliderLimits
-from tri_glide_kinematics.motion.path import distinct
 from tri_glide_kinematics.motion.trajectory import HeightDerivatives, PathHeights
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, ascending
 
 BoolArray = NDArray[np.bool_]
 
@@ -77,7 +76,7 @@ def samples(begin: float, end: float, breaks: FloatArray) -> FloatArray:
     """Return places for an estimate, next to both ends as rest asks for. Shape (n,) [m]."""
     fill = np.linspace(begin, end, SAMPLES + 1)
     step = (fill[1] - begin) * _NEAR_REST
-    return distinct(fill, breaks, begin + step, end - step)
+    return ascending(np.concatenate((fill, breaks, begin + step, end - step)))
 
 
 def estimated(

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
         derivative_bounds as derivative_bounds,
     )
     from tri_glide_kinematics.motion.trajectory.curve_bounds import smooth_parts as smooth_parts
-    from tri_glide_kinematics.motion.trajectory.curves import Curve as Curve
     from tri_glide_kinematics.motion.trajectory.curves import HeightDerivatives as HeightDerivatives
     from tri_glide_kinematics.motion.trajectory.curves import PathHeights as PathHeights
     from tri_glide_kinematics.motion.trajectory.curves import Slowing as Slowing
@@ -53,10 +52,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling as PathScaling
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling
-    from tri_glide_kinematics.motion.trajectory.trajectory import AddedUse as AddedUse
     from tri_glide_kinematics.motion.trajectory.trajectory import SequencePlan as SequencePlan
     from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory as Trajectory
-    from tri_glide_kinematics.motion.trajectory.trajectory import added_use as added_use
     from tri_glide_kinematics.motion.trajectory.trajectory import check_added as check_added
     from tri_glide_kinematics.motion.trajectory.trajectory import checked as checked
     from tri_glide_kinematics.motion.trajectory.trajectory import close_to as close_to

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.motion.path.number_sets import are_among
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, are_among
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.segments import Segments
