@@ -14,7 +14,7 @@ import numpy as np
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.sizing.fields import Cells
 from tri_glide_kinematics.sizing.proof import quartered
-from tri_glide_kinematics.workspace import Bound, Face, Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # A radius is found to this [m].
 RADIUS_TOLERANCE = 1e-7
@@ -88,20 +88,16 @@ def inscribed_radius(
 def level_room(workspace: Workspace, center: tuple[float, float]) -> float:
     """Return how far reach and the sides of a box and a cylinder let the platform go, level [m]."""
     return min(
-        shape.slack((*center, 0.0)) for shape in workspace.bounds.shapes if not _is_level(shape)
+        shape.slack((*center, 0.0)) for shape in workspace.bounds.shapes if not shape.is_level
     )
 
 
 def given_ends(workspace: Workspace) -> tuple[float, float]:
     """Return the lower and the upper end of box and cylinder; infinite without them [m]."""
-    levels = [shape for shape in workspace.bounds.shapes if _is_level(shape)]
+    levels = [shape for shape in workspace.bounds.shapes if shape.is_level]
     lower = max((shape.bound for shape in levels if shape.side < 0.0), default=-math.inf)
     upper = min((shape.bound for shape in levels if shape.side > 0.0), default=math.inf)
     return lower, upper
-
-
-def _is_level(shape: Bound) -> bool:
-    return isinstance(shape, Face) and shape.axis == 2
 
 
 def _ends(workspace: Workspace, radius: float, center: tuple[float, float]) -> tuple[float, float]:

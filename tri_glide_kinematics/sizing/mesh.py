@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.sizing.extents import given_ends
 from tri_glide_kinematics.sizing.fields import Cells
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import ROUNDING, Disc, Face, Workspace
+from tri_glide_kinematics.workspace import ROUNDING, Workspace, slacks
 
 IndexArray = NDArray[np.int64]
 
@@ -66,22 +66,21 @@ def height_ranges(workspace: Workspace, places: FloatArray) -> FloatArray:
     Returns:
         Lowest and highest height, NaN where there is none. Shape (2, n) [m].
     """
-    limits, geometry = workspace.limits, workspace.machine.geometry
-    lower, upper = given_ends(workspace)
-    cells = Cells.of(geometry, places)
-    rises, conditions = cells.rises, cells.conditions()
+    bounds, cells = workspace.bounds, Cells.of(workspace.machine.geometry, places)
+    sides = [shape for shape in bounds.shapes if not shape.is_level]
     with np.errstate(invalid="ignore"):
-        low = (np.array(limits.lower_heights)[:, np.newaxis] - rises).max(axis=0)
-        high = (np.array(limits.upper_heights)[:, np.newaxis] - rises).min(axis=0)
-        low, high = np.maximum(low, lower), np.minimum(high, upper)
-        inside = (high > low) & (conditions <= workspace.bounds.condition * (1.0 + ROUNDING))
-    for shape in workspace.bounds.shapes:
-        if isinstance(shape, Disc):
-            distances = np.hypot(places[:, 0] - shape.x, places[:, 1] - shape.y)
-            inside &= distances <= shape.bound + ROUNDING
-        elif isinstance(shape, Face) and shape.axis < 2:
-            inside &= shape.side * (shape.bound - places[:, shape.axis]) >= -ROUNDING
+        low, high = _ends_over(workspace, cells)
+        inside = (high > low) & (cells.conditions() <= bounds.condition * (1.0 + ROUNDING))
+    inside &= slacks(sides, places) >= -ROUNDING
     return np.where(inside, np.stack((low, high)), np.nan)
+
+
+def _ends_over(workspace: Workspace, cells: Cells) -> tuple[FloatArray, FloatArray]:
+    """Return between which heights travel, box and cylinder let the platform be. (n,) each [m]."""
+    limits, (lower, upper) = workspace.limits, given_ends(workspace)
+    low = (np.array(limits.lower_heights)[:, np.newaxis] - cells.rises).max(axis=0)
+    high = (np.array(limits.upper_heights)[:, np.newaxis] - cells.rises).min(axis=0)
+    return np.maximum(low, lower), np.minimum(high, upper)
 
 
 def level_corners(workspace: Workspace) -> tuple[FloatArray, FloatArray]:
@@ -128,7 +127,9 @@ def surface(workspace: Workspace, cells: int = CELLS) -> Mesh:
     used, numbers = np.unique(np.concatenate(polygons), return_inverse=True)
     polygons = np.split(numbers, np.cumsum([len(polygon) for polygon in polygons])[:-1])
     places = places[used]
-    low, high = _ranges_at(workspace, places)
+    low, high = _ends_over(workspace, Cells.of(workspace.machine.geometry, places))
+    # Places of the edge may be outside by a rounding error.
+    high = np.maximum(high, low + THINNEST)
     count = len(places)
     vertices = np.concatenate((np.column_stack((places, low)), np.column_stack((places, high))))
     fans = [
@@ -153,17 +154,6 @@ def surface(workspace: Workspace, cells: int = CELLS) -> Mesh:
 def _are_inside(workspace: Workspace, places: FloatArray) -> NDArray[np.bool_]:
     low, high = height_ranges(workspace, places)
     return np.asarray(high - low > THINNEST)
-
-
-def _ranges_at(workspace: Workspace, places: FloatArray) -> FloatArray:
-    """Return the heights above places of the edge, which may be outside by a rounding error."""
-    lower, upper = given_ends(workspace)
-    limits = workspace.limits
-    rises = Cells.of(workspace.machine.geometry, places).rises
-    low = (np.array(limits.lower_heights)[:, np.newaxis] - rises).max(axis=0)
-    high = (np.array(limits.upper_heights)[:, np.newaxis] - rises).min(axis=0)
-    low, high = np.maximum(low, lower), np.minimum(high, upper)
-    return np.stack((low, np.maximum(high, low + THINNEST)))
 
 
 def _cut_out(

@@ -9,9 +9,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.workspace.batch import overruns as overruns
     from tri_glide_kinematics.workspace.batch import places_inside as places_inside
     from tri_glide_kinematics.workspace.bounds import ROUNDING as ROUNDING
-    from tri_glide_kinematics.workspace.bounds import Bound as Bound
-    from tri_glide_kinematics.workspace.bounds import Disc as Disc
-    from tri_glide_kinematics.workspace.bounds import Face as Face
+    from tri_glide_kinematics.workspace.bounds import slacks as slacks
     from tri_glide_kinematics.workspace.limits import Cylinder as Cylinder
     from tri_glide_kinematics.workspace.limits import OutsideWorkspaceError as OutsideWorkspaceError
     from tri_glide_kinematics.workspace.limits import WorkspaceLimit as WorkspaceLimit

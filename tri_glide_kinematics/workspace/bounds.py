@@ -8,12 +8,15 @@ there, as the platform hangs from it on the arm.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import hypot, inf, sqrt
 from typing import NamedTuple, TypeVar
 
+import numpy as np
+
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace.limits import (
     OutsideWorkspaceError,
     WorkspaceLimit,
@@ -61,9 +64,18 @@ class Bound(ABC):
     def value(self, position: Vector3) -> float:
         """Return the quantity [m]."""
 
+    def values(self, places: FloatArray) -> FloatArray:
+        """Return the quantity at many places, shape (n, 3) [m]. Shape (n,) [m]."""
+        return np.array([self.value((x, y, z)) for x, y, z in places.tolist()])
+
     @abstractmethod
     def exit(self, start: Vector3, direction: Vector3) -> Exit | None:
         """Return where a line from inside passes the edge, if ever; ``direction`` is a unit."""
+
+    @property
+    def is_level(self) -> bool:
+        """Whether the quantity is the height of the platform alone."""
+        return False
 
     @property
     def edge(self) -> float:
@@ -104,6 +116,10 @@ class Disc(Bound):
         """Return the horizontal distance from the axis [m]."""
         return hypot(position[0] - self.x, position[1] - self.y)
 
+    def values(self, places: FloatArray) -> FloatArray:
+        """Return the horizontal distances from the axis. Shape (n,) [m]."""
+        return np.asarray(np.hypot(places[:, 0] - self.x, places[:, 1] - self.y))
+
     def exit(self, start: Vector3, direction: Vector3) -> Exit | None:
         """Return where a line leaves the disc."""
         x, y = start[0] - self.x, start[1] - self.y
@@ -124,6 +140,15 @@ class Face(Bound):
     def value(self, position: Vector3) -> float:
         """Return the coordinate [m]."""
         return position[self.axis]
+
+    def values(self, places: FloatArray) -> FloatArray:
+        """Return the coordinates. Shape (n,) [m]."""
+        return places[:, self.axis]
+
+    @property
+    def is_level(self) -> bool:
+        """Whether the plane is level."""
+        return self.axis == 2
 
     def exit(self, start: Vector3, direction: Vector3) -> Exit | None:
         """Return where a line passes through the plane."""
@@ -243,3 +268,24 @@ class WorkspaceBounds:
             min(height - lower.bound, upper.bound - height)
             for height, lower, upper in zip(heights, self.travel[:3], self.travel[3:])
         )
+
+    def travel_slacks(self, heights: FloatArray) -> FloatArray:
+        """Return the same for many heights, shape (n, 3) [m]. Shape (n,) [m]."""
+        lower, upper = np.array([end.bound for end in self.travel]).reshape(2, 3)
+        return np.asarray(np.minimum(heights - lower, upper - heights).min(axis=1))
+
+
+def slacks(shapes: Sequence[Bound], places: FloatArray) -> FloatArray:
+    """Return the least distance to one of the ``shapes``, negative outside; inf without one.
+
+    Args:
+        shapes: that bound the platform.
+        places: of the platform. Shape (n, 3) [m].
+
+    Returns:
+        Shape (n,) [m].
+    """
+    least = np.full(len(places), inf)
+    for shape in shapes:
+        np.minimum(least, shape.side * (shape.bound - shape.values(places)), out=least)
+    return least
