@@ -113,7 +113,9 @@ def estimated(
         steady = np.minimum(steady, np.sqrt((acceleration / np.abs(second)).min(axis=0)))
         along = (acceleration / np.abs(first)).min(axis=0)
         if limits.added:
-            added = added_rows(heights, _by_way(places), limits, steady)
+            # The places are a parameter of themselves.
+            by_way = np.array((places, np.ones_like(places), np.zeros_like(places)))
+            added = added_rows(heights, by_way, limits, steady)
             steady = np.minimum(
                 steady, np.sqrt(1.0 / np.abs(added.squared).max(axis=0, initial=0.0))
             )
@@ -148,11 +150,6 @@ def estimated(
     ramp = jerk_along * until**3 / 6.0
     is_asked = speeds > _AS_ASKED * asked
     return SpeedEstimate(places, speeds, times / each, each, limits, ramp, is_asked)
-
-
-def _by_way(places: FloatArray) -> FloatArray:
-    """Return ``places`` as a parameter of themselves: value and two derivatives. Shape (3, n)."""
-    return np.array((places, np.ones_like(places), np.zeros_like(places)))
 
 
 def added_rows(
