@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.sizing.designs import field_bounds as field_bounds
-    from tri_glide_kinematics.sizing.designs import needs as needs
     from tri_glide_kinematics.sizing.duty import Cycle as Cycle
     from tri_glide_kinematics.sizing.duty import DutyLoad as DutyLoad
     from tri_glide_kinematics.sizing.duty import duty_load as duty_load
@@ -22,10 +20,12 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.sizing.mesh import level_corners as level_corners
     from tri_glide_kinematics.sizing.mesh import stl_bytes as stl_bytes
     from tri_glide_kinematics.sizing.mesh import surface as surface
-    from tri_glide_kinematics.sizing.parameter_file import parameter_text as parameter_text
     from tri_glide_kinematics.sizing.search import ImpossibleWishError as ImpossibleWishError
     from tri_glide_kinematics.sizing.search import size as size
     from tri_glide_kinematics.sizing.sizing import Sizing as Sizing
+    from tri_glide_kinematics.sizing.sizing import field_bounds as field_bounds
+    from tri_glide_kinematics.sizing.sizing import needs as needs
+    from tri_glide_kinematics.sizing.sizing import parameter_text as parameter_text
     from tri_glide_kinematics.sizing.sizing import sizing_of as sizing_of
     from tri_glide_kinematics.sizing.wish import Box as Box
     from tri_glide_kinematics.sizing.wish import Demand as Demand

@@ -34,7 +34,7 @@ from tri_glide_kinematics.motion.trajectory import (
     total_duration,
     with_knots_of,
 )
-from tri_glide_kinematics.motion.trajectory.knots import knots
+from tri_glide_kinematics.motion.trajectory.phases import knots
 from tri_glide_kinematics.vectors import FloatArray
 
 # The path parametrisation of moves to a target. A motion from rest begins with all the jerk of the

@@ -6,12 +6,6 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.arc_length import ArcLength as ArcLength
-    from tri_glide_kinematics.motion.path.checked_numbers import LARGEST_ANGLE as LARGEST_ANGLE
-    from tri_glide_kinematics.motion.path.checked_numbers import LARGEST_PLACE as LARGEST_PLACE
-    from tri_glide_kinematics.motion.path.checked_numbers import LARGEST_SPEED as LARGEST_SPEED
-    from tri_glide_kinematics.motion.path.checked_numbers import LEAST_SPEED as LEAST_SPEED
-    from tri_glide_kinematics.motion.path.checked_numbers import MOST_SEGMENTS as MOST_SEGMENTS
-    from tri_glide_kinematics.motion.path.checked_numbers import check_count as check_count
     from tri_glide_kinematics.motion.path.corners import ShapedCorners as ShapedCorners
     from tri_glide_kinematics.motion.path.driven_path import DrivenPath as DrivenPath
     from tri_glide_kinematics.motion.path.errors import PathError as PathError
@@ -28,7 +22,13 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.platform_path import PlatformPath as PlatformPath
     from tri_glide_kinematics.motion.path.polylines import PathPolylines as PathPolylines
     from tri_glide_kinematics.motion.path.polylines import polylines_of as polylines_of
+    from tri_glide_kinematics.motion.path.segments import LARGEST_ANGLE as LARGEST_ANGLE
+    from tri_glide_kinematics.motion.path.segments import LARGEST_PLACE as LARGEST_PLACE
+    from tri_glide_kinematics.motion.path.segments import LARGEST_SPEED as LARGEST_SPEED
+    from tri_glide_kinematics.motion.path.segments import LEAST_SPEED as LEAST_SPEED
+    from tri_glide_kinematics.motion.path.segments import MOST_SEGMENTS as MOST_SEGMENTS
     from tri_glide_kinematics.motion.path.segments import SHORTEST as SHORTEST
     from tri_glide_kinematics.motion.path.segments import Segments as Segments
+    from tri_glide_kinematics.motion.path.segments import check_count as check_count
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -14,26 +14,24 @@ from numpy.typing import ArrayLike, NDArray
 from tri_glide_kinematics.checks import finite_array
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.interruptible import Interruptible, blocks
-from tri_glide_kinematics.motion.path.checked_numbers import (
+from tri_glide_kinematics.motion.path.errors import PathError, SegmentError
+from tri_glide_kinematics.motion.path.platform_path import PlatformPath
+from tri_glide_kinematics.motion.path.segments import (
     LARGEST_ANGLE,
     LARGEST_PLACE,
     LARGEST_SPEED,
     LEAST_SPEED,
-    check_coordinates,
-    check_count,
-    tolerance_of,
-)
-from tri_glide_kinematics.motion.path.errors import PathError, SegmentError
-from tri_glide_kinematics.motion.path.platform_path import PlatformPath
-from tri_glide_kinematics.motion.path.segments import (
     SHORTEST,
     Segment,
     Segments,
     arc_about,
     arc_through,
+    check_coordinates,
+    check_count,
     collected,
     line,
     polyline,
+    tolerance_of,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 

@@ -10,26 +10,24 @@ from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import array_of_shape, finite
 from tri_glide_kinematics.interruptible import Interruptible, Kept, at_once
-from tri_glide_kinematics.motion.path.checked_numbers import (
-    LARGEST_ANGLE,
-    coordinate_of,
-    place_of,
-    points_of,
-    speed_of,
-    tolerance_of,
-)
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.errors import ApartError, EmptyPathError
 from tri_glide_kinematics.motion.path.segments import (
     JOINED_WITHIN,
+    LARGEST_ANGLE,
     Segment,
     Segments,
     arc_about,
     arc_through,
     collected,
+    coordinate_of,
     joined,
     line,
+    place_of,
+    points_of,
     polyline,
+    speed_of,
+    tolerance_of,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import vector_text

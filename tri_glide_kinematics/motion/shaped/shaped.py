@@ -39,7 +39,7 @@ from tri_glide_kinematics.motion.limits import (
     quartered,
     slider_state,
 )
-from tri_glide_kinematics.motion.shaped.path_driven import DrivenPart, PathDriven, path_driven
+from tri_glide_kinematics.motion.shaped.bends import DrivenPart, PathDriven, path_driven
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
     LinePlan,

@@ -31,7 +31,7 @@ from tri_glide_kinematics.motion.limits import (
     moved,
     polynomial,
 )
-from tri_glide_kinematics.motion.shaped.path_driven import DrivenPart
+from tri_glide_kinematics.motion.shaped.bends import DrivenPart
 from tri_glide_kinematics.motion.shaped.shaped import LimitBounds, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import Trajectory

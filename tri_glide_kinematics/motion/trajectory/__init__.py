@@ -36,14 +36,14 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.curves import Slowing as Slowing
     from tri_glide_kinematics.motion.trajectory.curves import SpeedSteps as SpeedSteps
     from tri_glide_kinematics.motion.trajectory.curves import StraightLine as StraightLine
-    from tri_glide_kinematics.motion.trajectory.knots import merged as merged
-    from tri_glide_kinematics.motion.trajectory.knots import shortest_piece as shortest_piece
     from tri_glide_kinematics.motion.trajectory.phases import CoordinateProfile as CoordinateProfile
     from tri_glide_kinematics.motion.trajectory.phases import Phases as Phases
     from tri_glide_kinematics.motion.trajectory.phases import after as after
     from tri_glide_kinematics.motion.trajectory.phases import evaluate as evaluate
     from tri_glide_kinematics.motion.trajectory.phases import first_of as first_of
+    from tri_glide_kinematics.motion.trajectory.phases import merged as merged
     from tri_glide_kinematics.motion.trajectory.phases import rest_to_rest as rest_to_rest
+    from tri_glide_kinematics.motion.trajectory.phases import shortest_piece as shortest_piece
     from tri_glide_kinematics.motion.trajectory.phases import total_duration as total_duration
     from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner as RuckigPlanner
     from tri_glide_kinematics.motion.trajectory.ruckig_planner import (

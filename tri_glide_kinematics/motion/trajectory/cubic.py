@@ -24,8 +24,13 @@ from tri_glide_kinematics.motion.limits import (
     polynomial,
     resting,
 )
-from tri_glide_kinematics.motion.trajectory.knots import knots, merged
-from tri_glide_kinematics.motion.trajectory.phases import Phases, after, total_duration
+from tri_glide_kinematics.motion.trajectory.phases import (
+    Phases,
+    after,
+    knots,
+    merged,
+    total_duration,
+)
 from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
