@@ -38,7 +38,6 @@ from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
     PathHeights,
     PathPlan,
-    PathScaling,
     PathStart,
     RuckigPlanner,
     SequencePlan,
@@ -83,35 +82,7 @@ _COUNTED = (0.125, 0.5)
 _BRAKING_WAYS = (1.15, 1.6, 2.5, 4.0)
 
 
-def brake_hard(
-    curve: PathHeights, start: PathStart, limits: SliderLimits, longest: float
-) -> Interruptible[PathScaling]:
-    """Return the hardest braking along the path.
-
-    Args:
-        curve: the path.
-        start: where the motion is, inside all limits.
-        limits: of the sliders.
-        longest: time that it may take [s].
-
-    Raises:
-        MotionError: if it does not keep all limits, or takes longer.
-    """
-    scaling = TimeScaling(
-        *hardest_braking(
-            lambda ways: curve.derivatives(ways).heights[1:],
-            start,
-            limits,
-            until=_next_stop(curve, start.place),
-            longest=longest,
-        )
-    )
-    yield
-    check_along(curve, scaling, limits, above=_ABOVE_SPEED)
-    return PathScaling(scaling, np.inf)
-
-
-def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interruptible[PathScaling]:
+def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interruptible[PathPlan]:
     """Return a motion that comes to rest soon, along the path.
 
     Args:
@@ -130,7 +101,7 @@ def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interru
         until = min(start.place + factor * shortest, stop)
         try:
             found = yield from plan_window(curve, start, limits, until=until)
-            return PathScaling(found.scaling, np.inf)
+            return PathPlan(curve, found.scaling)
         except MotionError:
             if until == stop:
                 break
@@ -297,10 +268,8 @@ class PathPlanner:
         Raises:
             PathTimingError: if none is found.
         """
-        start = PathStart(place, 0.0, 0.0)
-        planning = plan_window(heights, start, limits)
         with SOUND:
-            return PathPlan(heights, (yield from planning))
+            return (yield from plan_window(heights, PathStart(place, 0.0, 0.0), limits))
 
     def going_on(
         self, plan: PathPlan, heights: PathHeights, time: float, limits: SliderLimits
@@ -323,7 +292,7 @@ class PathPlanner:
                 # The held motion stays as fast, and so is no guess for one that slows down.
                 guess = held if curve.slowing is None else None
                 with SOUND:
-                    return PathPlan(curve, (yield from plan_window(curve, start, limits, guess)))
+                    return (yield from plan_window(curve, start, limits, guess))
             except PathTimingError as error:
                 refusal = error
                 yield
@@ -407,10 +376,20 @@ class PathPlanner:
         Raises:
             KinematicsError: if it does not keep all limits, or takes more than ``longest`` [s].
         """
-        start = plan.on_curve(time)
-        braking = brake_hard(plan.heights, start, limits, longest)
+        curve, start = plan.heights, plan.on_curve(time)
         with SOUND:
-            found = PathPlan(plan.heights, (yield from braking))
+            scaling = TimeScaling(
+                *hardest_braking(
+                    lambda ways: curve.derivatives(ways).heights[1:],
+                    start,
+                    limits,
+                    until=_next_stop(curve, start.place),
+                    longest=longest,
+                )
+            )
+            yield
+            check_along(curve, scaling, limits, above=_ABOVE_SPEED)
+            found = PathPlan(curve, scaling)
         # Its few pieces bound the speed only nearly.
         yield from check_added(found, limits)
         return found
@@ -425,10 +404,8 @@ class PathPlanner:
             return (yield from self.brake_hard(plan, time, limits, inf))
         except KinematicsError:
             yield
-        start = plan.on_curve(time)
-        braking = brake(plan.heights, start, limits)
         with SOUND:
-            return PathPlan(plan.heights, (yield from braking))
+            return (yield from brake(plan.heights, plan.on_curve(time), limits))
 
 
 def _shaped_corners(shaper: Shaper, limits: SliderLimits) -> ShapedCorners:
@@ -527,10 +504,9 @@ class _MotionAhead(NamedTuple):
         if stop > there or stop == self.places[-1]:
             speed = float(np.interp(time, self.times, self.speeds))
             start = PathStart(here, _PART_OF_SPEED * speed, 0.0)
-        planning = plan_window(self.heights, start, self.limits)
         try:
             with SOUND:
-                plan = PathPlan(self.heights, (yield from planning))
+                plan = yield from plan_window(self.heights, start, self.limits)
         except MotionError:
             return None
         since, until = (part * plan.duration for part in _COUNTED)

@@ -47,7 +47,7 @@ from tri_glide_kinematics.motion.trajectory import (
     NO_BACKWARD_SPEED,
     Bounds,
     PathHeights,
-    PathScaling,
+    PathPlan,
     PathStart,
     RuckigPlanner,
     TimeScaling,
@@ -380,7 +380,7 @@ def plan_window(
     limits: SliderLimits,
     held: TimeScaling | None = None,
     until: float = inf,
-) -> Interruptible[PathScaling]:
+) -> Interruptible[PathPlan]:
     """Return a motion to rest at the next stop, or as far as is looked ahead.
 
     Args:
@@ -481,7 +481,7 @@ def _bounds(
 
 def _from_rest(
     curve: PathHeights, grid: TimingGrid, start: PathStart, limits: SliderLimits
-) -> Interruptible[PathScaling]:
+) -> Interruptible[PathPlan]:
     """Return a motion from rest, stretched until it keeps all limits."""
     best: TimeScaling | None = None
     best_parts = np.zeros((3, 1))
@@ -507,7 +507,7 @@ def _from_rest(
         best = search.scaling.slower(search.slower * _ABOVE_ROUNDING)
         best_parts = search.parts
     best = yield from _certified(curve, best, limits)
-    return PathScaling(best, _continuation(best, best_parts, grid.cells.is_cut))
+    return PathPlan(curve, best, _continuation(best, best_parts, grid.cells.is_cut))
 
 
 def _certified(
@@ -533,14 +533,14 @@ def _in_motion(
     start: PathStart,
     limits: SliderLimits,
     held: TimeScaling | None,
-) -> Interruptible[PathScaling]:
+) -> Interruptible[PathPlan]:
     """Return a motion that goes on; it cannot be stretched."""
     search = TimingSearch(curve, grid, start, limits, held)
     for _ in range(_ROUNDS):
         yield from search.improve()
         if search.scaling is not None and search.slower <= 1.0:
-            scaling = search.scaling
-            return PathScaling(scaling, _continuation(scaling, search.parts, grid.cells.is_cut))
+            until = _continuation(search.scaling, search.parts, grid.cells.is_cut)
+            return PathPlan(curve, search.scaling, until)
         if not search.converged:
             break
     raise search.error()

@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.ruckig_planner import (
         Synchronization as Synchronization,
     )
-    from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling as PathScaling
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling
     from tri_glide_kinematics.motion.trajectory.trajectory import SequencePlan as SequencePlan
