@@ -32,7 +32,6 @@ from tri_glide_kinematics.motion.moves.line_timing import (
     JOG_NORM,
     NORM,
     JogFactors,
-    JogTiming,
     LineTiming,
     MovingFactors,
 )
@@ -71,7 +70,6 @@ class LinearMotion:
         self._machine = machine
         self._entry = LineEntry(machine)
         self._timing = LineTiming()
-        self._jogs = JogTiming()
 
     def from_rest(self, line: StraightLine, limits: SliderLimits) -> LinePlan:
         """Return the shortest plan found from rest at the start of ``line`` to rest at its end.
@@ -136,7 +134,7 @@ class LinearMotion:
         factors = JogFactors(begin=1.0 - fraction)
         for _ in range(JOG_ATTEMPTS):
             yield
-            timed = self._jogs.time_scaling(entry, parametrisation, factors)
+            timed = self._timing.jog(entry, parametrisation, factors)
             yield
             bounds = yield from bounds_along(entry.line, timed.scaling, limits, entry.blend)
             slowdowns = bounds.slowdown(limits)

@@ -274,7 +274,8 @@ class ShapedTrajectory(Trajectory):
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
         half = np.zeros(len(times))
-        heights = self._height_series(np.asarray(times, dtype=np.float64), half).values
+        position = self.platform_series(self._machine, np.asarray(times, dtype=np.float64), half)
+        heights = heights_of(self._machine.geometry, position, half).values
         return SampledPlan(times, heights[0].T, heights[1].T, 2.0 * heights[2].T)
 
     def knots(self) -> FloatArray:
@@ -308,10 +309,6 @@ class ShapedTrajectory(Trajectory):
             for each in positions(machine, *mixed, halves)
         )
         return Series(*mean), np.zeros(len(times), dtype=bool)
-
-    def _height_series(self, times: FloatArray, half: FloatArray) -> Series:
-        position = self.platform_series(self._machine, times, half)
-        return heights_of(self._machine.geometry, position, half)
 
     def limit_use(
         self, limits: SliderLimits, since: float = 0.0, region: Workspace | None = None

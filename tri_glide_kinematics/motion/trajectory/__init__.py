@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan as CubicPlan
     from tri_glide_kinematics.motion.trajectory.cubic import StraightPlan as StraightPlan
     from tri_glide_kinematics.motion.trajectory.cubic import TrackedStep as TrackedStep
-    from tri_glide_kinematics.motion.trajectory.cubic import knots_with_blend as knots_with_blend
     from tri_glide_kinematics.motion.trajectory.cubic import lasting as lasting
     from tri_glide_kinematics.motion.trajectory.cubic import with_knots_of as with_knots_of
     from tri_glide_kinematics.motion.trajectory.curve_bounds import (
@@ -41,6 +40,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.phases import after as after
     from tri_glide_kinematics.motion.trajectory.phases import evaluate as evaluate
     from tri_glide_kinematics.motion.trajectory.phases import first_of as first_of
+    from tri_glide_kinematics.motion.trajectory.phases import knots as knots
     from tri_glide_kinematics.motion.trajectory.phases import merged as merged
     from tri_glide_kinematics.motion.trajectory.phases import rest_to_rest as rest_to_rest
     from tri_glide_kinematics.motion.trajectory.phases import shortest_piece as shortest_piece
