@@ -40,6 +40,9 @@ JOG_BLEND_FRACTION_FROM_REST = 0.1
 # Targets closer than this are reached [m].
 REACHED = 1e-9
 
+# Makes a motion from rest in a state, inside a region.
+Onward = Callable[[SliderState, Workspace], Interruptible[Trajectory]]
+
 
 class MotionKind(Enum):
     """How the platform goes to a target."""
@@ -93,14 +96,17 @@ class MotionPlanner:
         onto = self._onto_line if self._kind is MotionKind.LINEAR else self._slider_move
         gentle = list(gentler(limits, state))
 
+        def onward(stopped: SliderState, region: Workspace) -> Interruptible[Trajectory]:
+            return self._move_from_rest(stopped, position, limits, region)
+
         def candidates() -> Iterator[Candidate]:
             for used in gentle:
                 yield partial(onto, state, position, used, region)
             for used in gentle:
                 for braking in self.stopping.candidates(state, used, region):
-                    yield partial(self._then_move, braking, position, limits)
+                    yield partial(self._then, braking, onward)
             if held is not None:
-                yield partial(self._move_after, held, position, limits)
+                yield partial(self._after, held, onward)
 
         return (yield from first_found(candidates()))
 
@@ -127,29 +133,26 @@ class MotionPlanner:
             KinematicsError: if there is no way, with the reason.
         """
         builder = LineToEdge(region, direction, speed)
-        if not moving:
-            return (yield from first_found(self._jogs_from_rest(state, builder, limits, speed)))
-        gentle = list(gentler(limits, state))
+
+        def onward(stopped: SliderState, region: Workspace) -> Interruptible[Trajectory]:
+            return self.jog(stopped, direction, speed, limits, region, moving=False)
 
         def candidates() -> Iterator[Candidate]:
+            if not moving:
+                for used in gentler(limits, state):
+                    fraction = JOG_BLEND_FRACTION_FROM_REST
+                    yield partial(self._lines.jog, state, builder, used, fraction, speed)
+                return
+            gentle = list(gentler(limits, state))
             for used in gentle:
                 for fraction in JOG_BLEND_FRACTIONS:
                     jog = partial(self._lines.jog, state, builder, used, fraction, speed)
                     yield partial(self._blended, jog, used, region)
             for used in gentle:
                 for braking in self.stopping.candidates(state, used, region):
-                    yield partial(self._then_jog, braking, direction, limits, speed)
+                    yield partial(self._then, braking, onward)
 
         return (yield from first_found(candidates()))
-
-    def _jogs_from_rest(
-        self, state: SliderState, builder: LineToEdge, limits: SliderLimits, speed: float
-    ) -> Iterator[Candidate]:
-        """Yield jogs from rest, with lower accelerations where forces are bounded."""
-        for used in gentler(limits, state):
-            yield partial(
-                self._lines.jog, state, builder, used, JOG_BLEND_FRACTION_FROM_REST, speed
-            )
 
     def region(self, state: SliderState, region_of_motion: Workspace | None = None) -> Workspace:
         """Return where the platform may be on a way that begins at ``state``.
@@ -196,30 +199,14 @@ class MotionPlanner:
             return (yield from self._lines.kept_from_rest(line, limits))
         return self._lines.from_rest(line, limits)
 
-    def _then_move(
-        self, braking: Candidate, position: Vector3, limits: SliderLimits
-    ) -> Interruptible[Trajectory]:
-        """Return a braking and then the move from where it rests."""
-        first = yield from braking()
-        return (yield from self._move_after(first, position, limits))
+    def _then(self, braking: Candidate, onward: Onward) -> Interruptible[Trajectory]:
+        """Return a braking and then the motion from where it rests."""
+        return (yield from self._after((yield from braking()), onward))
 
-    def _move_after(
-        self, first: Trajectory, position: Vector3, limits: SliderLimits
-    ) -> Interruptible[Trajectory]:
-        """Return the plan ``first`` and then the move from where it rests."""
+    def _after(self, first: Trajectory, onward: Onward) -> Interruptible[Trajectory]:
+        """Return the plan ``first`` and then the motion from where it rests."""
         stopped = first.at(first.duration)
-        region = self.region(stopped)
-        second = yield from self._move_from_rest(stopped, position, limits, region)
-        return SequencePlan((first, second))
-
-    def _then_jog(
-        self, braking: Candidate, direction: Vector3, limits: SliderLimits, speed: float
-    ) -> Interruptible[Trajectory]:
-        """Return a braking and then the jog from where it rests."""
-        first = yield from braking()
-        stopped = first.at(first.duration)
-        region = self.region(stopped)
-        second = yield from self.jog(stopped, direction, speed, limits, region, moving=False)
+        second = yield from onward(stopped, self.region(stopped))
         return SequencePlan((first, second))
 
     def _slider_move(
