@@ -9,15 +9,15 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.sizing.duty import DutyLoad as DutyLoad
     from tri_glide_kinematics.sizing.duty import duty_load as duty_load
     from tri_glide_kinematics.sizing.duty import pick_and_place as pick_and_place
+    from tri_glide_kinematics.sizing.extents import Maps as Maps
     from tri_glide_kinematics.sizing.extents import NoCylinderError as NoCylinderError
+    from tri_glide_kinematics.sizing.extents import height_ranges as height_ranges
     from tri_glide_kinematics.sizing.extents import inscribed_height as inscribed_height
     from tri_glide_kinematics.sizing.extents import inscribed_radius as inscribed_radius
-    from tri_glide_kinematics.sizing.level_maps import Maps as Maps
-    from tri_glide_kinematics.sizing.level_maps import maps as maps
+    from tri_glide_kinematics.sizing.extents import level_corners as level_corners
+    from tri_glide_kinematics.sizing.extents import maps as maps
     from tri_glide_kinematics.sizing.mesh import Mesh as Mesh
     from tri_glide_kinematics.sizing.mesh import glb_bytes as glb_bytes
-    from tri_glide_kinematics.sizing.mesh import height_ranges as height_ranges
-    from tri_glide_kinematics.sizing.mesh import level_corners as level_corners
     from tri_glide_kinematics.sizing.mesh import stl_bytes as stl_bytes
     from tri_glide_kinematics.sizing.mesh import surface as surface
     from tri_glide_kinematics.sizing.search import ImpossibleWishError as ImpossibleWishError

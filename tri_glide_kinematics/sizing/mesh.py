@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.sizing.extents import given_ends
+from tri_glide_kinematics.sizing.extents import ends_over, height_ranges, level_corners
 from tri_glide_kinematics.sizing.fields import Cells
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import ROUNDING, Workspace, slacks
+from tri_glide_kinematics.workspace import Workspace
 
 IndexArray = NDArray[np.int64]
 
@@ -56,50 +56,6 @@ class Mesh(NamedTuple):
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
-def height_ranges(workspace: Workspace, places: FloatArray) -> FloatArray:
-    """Return between which heights the platform may be above places of a level.
-
-    Args:
-        workspace: of the machine.
-        places: x and y. Shape (n, 2) [m].
-
-    Returns:
-        Lowest and highest height, NaN where there is none. Shape (2, n) [m].
-    """
-    bounds, cells = workspace.bounds, Cells.of(workspace.machine.geometry, places)
-    sides = [shape for shape in bounds.shapes if not shape.is_level]
-    with np.errstate(invalid="ignore"):
-        low, high = _ends_over(workspace, cells)
-        inside = (high > low) & (cells.conditions() <= bounds.condition * (1.0 + ROUNDING))
-    inside &= slacks(sides, places) >= -ROUNDING
-    return np.where(inside, np.stack((low, high)), np.nan)
-
-
-def _ends_over(workspace: Workspace, cells: Cells) -> tuple[FloatArray, FloatArray]:
-    """Return between which heights travel, box and cylinder let the platform be. (n,) each [m]."""
-    limits, (lower, upper) = workspace.limits, given_ends(workspace)
-    low = (np.array(limits.lower_heights)[:, np.newaxis] - cells.rises).max(axis=0)
-    high = (np.array(limits.upper_heights)[:, np.newaxis] - cells.rises).min(axis=0)
-    return np.maximum(low, lower), np.minimum(high, upper)
-
-
-def level_corners(workspace: Workspace) -> tuple[FloatArray, FloatArray]:
-    """Return the corners of a rectangle around a workspace, seen from above. (2,) each [m]."""
-    geometry, limits = workspace.machine.geometry, workspace.limits
-    anchors = np.array(geometry.anchors)
-    reach = np.array(geometry.arm_lengths)[:, np.newaxis] - limits.reach_margin
-    lower, upper = (anchors - reach).max(axis=0), (anchors + reach).min(axis=0)
-    if limits.box_lower is not None:
-        lower = np.maximum(lower, limits.box_lower[:2])
-    if limits.box_upper is not None:
-        upper = np.minimum(upper, limits.box_upper[:2])
-    if limits.cylinder is not None:
-        center = np.array((limits.cylinder.center_x, limits.cylinder.center_y))
-        lower = np.maximum(lower, center - limits.cylinder.radius)
-        upper = np.minimum(upper, center + limits.cylinder.radius)
-    return lower, upper
-
-
 def surface(workspace: Workspace, cells: int = CELLS) -> Mesh:
     """Return the surface of all places where the platform may be.
 
@@ -127,7 +83,7 @@ def surface(workspace: Workspace, cells: int = CELLS) -> Mesh:
     used, numbers = np.unique(np.concatenate(polygons), return_inverse=True)
     polygons = np.split(numbers, np.cumsum([len(polygon) for polygon in polygons])[:-1])
     places = places[used]
-    low, high = _ends_over(workspace, Cells.of(workspace.machine.geometry, places))
+    low, high = ends_over(workspace, Cells.of(workspace.machine.geometry, places))
     # Places of the edge may be outside by a rounding error.
     high = np.maximum(high, low + THINNEST)
     count = len(places)

@@ -5,9 +5,6 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.trajectory.added_bounds import UsableParts as UsableParts
-    from tri_glide_kinematics.motion.trajectory.added_bounds import gentler as gentler
-    from tri_glide_kinematics.motion.trajectory.added_bounds import kept as kept
     from tri_glide_kinematics.motion.trajectory.along_curve import CurvePlan as CurvePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan as LinePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import PathPlan as PathPlan
@@ -53,9 +50,12 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling
     from tri_glide_kinematics.motion.trajectory.trajectory import SequencePlan as SequencePlan
     from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory as Trajectory
+    from tri_glide_kinematics.motion.trajectory.trajectory import UsableParts as UsableParts
     from tri_glide_kinematics.motion.trajectory.trajectory import check_added as check_added
     from tri_glide_kinematics.motion.trajectory.trajectory import checked as checked
     from tri_glide_kinematics.motion.trajectory.trajectory import close_to as close_to
+    from tri_glide_kinematics.motion.trajectory.trajectory import gentler as gentler
     from tri_glide_kinematics.motion.trajectory.trajectory import joined_series as joined_series
+    from tri_glide_kinematics.motion.trajectory.trajectory import kept as kept
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
