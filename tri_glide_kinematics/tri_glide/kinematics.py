@@ -132,9 +132,6 @@ class PlatformAboveSliderError(NoPoseError):
         self.rise = rise
 
 
-__all__ = ["TriGlide", "TriGlideGeometry"]
-
-
 class TriGlide:
     """A tri-glide whose constants are worked out once.
 

@@ -22,7 +22,6 @@ from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
 from tri_glide_kinematics.workspace.limits import (
-    Cylinder,
     OutsideWorkspaceError,
     UndecidedWayError,
     WorkspaceLimit,
@@ -34,21 +33,11 @@ from tri_glide_kinematics.workspace.tracing import (
     ConditionField,
     MovingSliders,
     Sample,
-    SliderMotionState,
     Surroundings,
     Traced,
     Tracing,
     path_probe,
 )
-
-__all__ = [
-    "TOLERANCE",
-    "Cylinder",
-    "SliderMotionState",
-    "Workspace",
-    "WorkspaceLimit",
-    "WorkspaceLimits",
-]
 
 
 class Workspace:
