@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from tri_glide_kinematics.checks import array_of_shape
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace.bounds import WorkspaceBounds, slacks
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+from tri_glide_kinematics.workspace.limits import WorkspaceBounds, WorkspaceLimits, slacks
 
 # Largest way out of the workspace that tracing leaves between its samples [m].
 PLACE_TOLERANCE = 6e-5

@@ -20,10 +20,11 @@ from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
-from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
 from tri_glide_kinematics.workspace.limits import (
+    ROUNDING,
     OutsideWorkspaceError,
     UndecidedWayError,
+    WorkspaceBounds,
     WorkspaceLimit,
     WorkspaceLimits,
 )
