@@ -30,11 +30,11 @@ from tri_glide_kinematics.workspace import (
     ConditionField,
     Cylinder,
     OutsideWorkspaceError,
+    SliderMotionState,
     Workspace,
     WorkspaceLimit,
     WorkspaceLimits,
 )
-from tri_glide_kinematics.workspace.tracing import SliderMotionState
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 CYLINDER = Cylinder(0.01, -0.02, 0.11, 0.1, 0.45)

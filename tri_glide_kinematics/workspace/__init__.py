@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.workspace.outline import edge_rings as edge_rings
     from tri_glide_kinematics.workspace.tracing import TOLERANCE as TOLERANCE
     from tri_glide_kinematics.workspace.tracing import ConditionField as ConditionField
+    from tri_glide_kinematics.workspace.tracing import SliderMotionState as SliderMotionState
     from tri_glide_kinematics.workspace.tracing import Traced as Traced
     from tri_glide_kinematics.workspace.workspace import Workspace as Workspace
 

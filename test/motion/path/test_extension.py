@@ -16,8 +16,7 @@ from testing.path_samples import (
     sides_of_breaks,
 )
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath, Segments
-from tri_glide_kinematics.motion.path.errors import ApartError
+from tri_glide_kinematics.motion.path import ApartError, DrivenPath, PlatformPath, Segments
 
 
 def dense_ways(driven, count=1500):

@@ -16,11 +16,12 @@ from tri_glide_kinematics.errors import (
     WrongShapeError,
 )
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path import PathError, PlatformPath
-from tri_glide_kinematics.motion.path.errors import (
+from tri_glide_kinematics.motion.path import (
     ApartError,
     EmptyPathError,
     NoArcError,
+    PathError,
+    PlatformPath,
     RepeatedPointError,
     ShortSegmentError,
 )

@@ -9,8 +9,7 @@ import pytest
 
 from testing.path_samples import random_path, unit
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path import PlatformPath, Segments
-from tri_glide_kinematics.motion.path.errors import NoArcError, ShortSegmentError
+from tri_glide_kinematics.motion.path import NoArcError, PlatformPath, Segments, ShortSegmentError
 from tri_glide_kinematics.motion.path.segments import arc_about, arc_through, joined, line
 
 
