@@ -292,21 +292,30 @@ class PathDriven(NamedTuple):
         return gap / allowed, np.maximum(bound, gap) / allowed
 
 
-def path_driven(driven: Sequence[DrivenPart]) -> PathDriven | None:
-    """Return what of a path is driven through; None if the last plan does not lead along one."""
+def along_one_path(driven: Sequence[DrivenPart], apart: float) -> list[DrivenPart]:
+    """Return the last parts that lead along one path.
+
+    Args:
+        driven: all of them.
+        apart: each ends so near to where the next one begins [m].
+    """
     parts: list[DrivenPart] = []
     for part in reversed(driven):
-        plan = part.plan
-        if not isinstance(plan, PathPlan):
+        if not isinstance(part.plan, PathPlan):
             break
         if parts:
-            after, _, skipped = parts[0][:3]
-            following = parts[0].plan
-            assert isinstance(following, PathPlan)
-            end = plan.place(after - part.begin + part.skipped)
-            if not abs(end - following.place(skipped)) <= _SAME_PLACE:
+            following = parts[0]
+            assert isinstance(following.plan, PathPlan)
+            end = part.plan.place(following.begin - part.begin + part.skipped)
+            if not abs(end - following.plan.place(following.skipped)) <= apart:
                 break
         parts.insert(0, part)
+    return parts
+
+
+def path_driven(driven: Sequence[DrivenPart]) -> PathDriven | None:
+    """Return what of a path is driven through; None if the last plan does not lead along one."""
+    parts = along_one_path(driven, _SAME_PLACE)
     if not parts:
         return None
     first, last = parts[0].plan, parts[-1].plan
