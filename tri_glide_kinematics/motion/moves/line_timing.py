@@ -196,15 +196,8 @@ class LineTiming:
             PlanningError: if none is found.
         """
         line, speed, acceleration, blend = entry
-        scaling = TimeScaling(
-            *hardest_braking(
-                lambda ways: line.derivatives(ways).heights[1:],
-                (0.0, speed, acceleration),
-                limits,
-                fraction=fraction,
-                longest=longest,
-            )
-        )
+        start = (0.0, speed, acceleration)
+        scaling = hardest_braking(line, start, limits, fraction=fraction, longest=longest)
         if blend is None:
             return scaling
         times = scaling.times.tolist()

@@ -42,7 +42,6 @@ from tri_glide_kinematics.motion.trajectory import (
     RuckigPlanner,
     SequencePlan,
     Slowing,
-    TimeScaling,
     Trajectory,
     check_added,
     check_along,
@@ -378,15 +377,8 @@ class PathPlanner:
         """
         curve, start = plan.heights, plan.on_curve(time)
         with SOUND:
-            scaling = TimeScaling(
-                *hardest_braking(
-                    lambda ways: curve.derivatives(ways).heights[1:],
-                    start,
-                    limits,
-                    until=_next_stop(curve, start.place),
-                    longest=longest,
-                )
-            )
+            stop = _next_stop(curve, start.place)
+            scaling = hardest_braking(curve, start, limits, until=stop, longest=longest)
             yield
             check_along(curve, scaling, limits, above=_ABOVE_SPEED)
             found = PathPlan(curve, scaling)

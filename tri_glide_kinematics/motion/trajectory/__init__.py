@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         derivative_bounds as derivative_bounds,
     )
     from tri_glide_kinematics.motion.trajectory.curve_bounds import smooth_parts as smooth_parts
+    from tri_glide_kinematics.motion.trajectory.curves import Curve as Curve
     from tri_glide_kinematics.motion.trajectory.curves import HeightDerivatives as HeightDerivatives
     from tri_glide_kinematics.motion.trajectory.curves import PathHeights as PathHeights
     from tri_glide_kinematics.motion.trajectory.curves import Slowing as Slowing
