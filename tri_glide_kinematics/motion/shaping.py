@@ -49,7 +49,6 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from itertools import combinations
-from math import dist
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -303,7 +302,7 @@ class ShaperByPlace:
                 f"each place has 1 to {MOST_MODES} modes, and as many as the others, not {counts}"
             )
         for (first, one), (second, other) in combinations(enumerate(self.places), 2):
-            distance = dist(one, other)
+            distance = math.dist(one, other)
             if not distance >= LEAST_DISTANCE:
                 name = f"distance of place {first + 1} from place {second + 1}"
                 raise OutOfBoundsError(name, distance, f"at least {LEAST_DISTANCE:g}", "m")

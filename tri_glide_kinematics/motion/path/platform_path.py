@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from math import dist
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -217,7 +216,7 @@ class PlatformPath:
         """
         before, after = self.segments, other.segments
         start = after.points[0].tolist()
-        distance = dist(self.end, start)
+        distance = math.dist(self.end, start)
         if not distance <= JOINED_WITHIN:
             raise ApartError(self.end, start, distance, JOINED_WITHIN)
         return PlatformPath.of_segments(at_once(joined((before, after))))
@@ -458,7 +457,8 @@ class FlatPath:
         Raises:
             SegmentError: if a segment has no length, or its numbers determine no arc.
         """
-        if self._begins_at(start):
+        is_line = len(self) > 1 and self.kinds[0] == SegmentKind.LINE
+        if is_line and math.dist(start, _vector(self.numbers[:3])) < SHORTEST:
             # A first point taken from a measurement is a little beside the setpoint.
             return self.part(1, len(self)).path_from(_vector(self.numbers[:3]))
         return PlatformPath.of_parts(self._parts(start))
@@ -487,11 +487,6 @@ class FlatPath:
                     singles, begin = [], here
         if singles:
             yield collected(begin, singles)
-
-    def _begins_at(self, start: Vector3) -> bool:
-        """Tell whether the first of several segments is a line that only leads to the ``start``."""
-        is_line = len(self) > 1 and self.kinds[0] == SegmentKind.LINE
-        return is_line and math.dist(start, _vector(self.numbers[:3])) < SHORTEST
 
     def _lines(self, first: int, last: int, start: Vector3) -> Segments:
         """Return segments that are all lines."""
