@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 Point = tuple[float, float]
 Vector3 = tuple[float, float, float]
 FloatArray = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 
 def minus(a: Vector3, b: Vector3) -> Vector3:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.errors import SegmentError as SegmentError
     from tri_glide_kinematics.motion.path.errors import ShortSegmentError as ShortSegmentError
     from tri_glide_kinematics.motion.path.errors import TooManySegmentsError as TooManySegmentsError
-    from tri_glide_kinematics.motion.path.piecewise_path import Indices as Indices
     from tri_glide_kinematics.motion.path.place_check import check_place as check_place
     from tri_glide_kinematics.motion.path.place_check import clearances as clearances
     from tri_glide_kinematics.motion.path.platform_path import PLACE_OF_ANGLE as PLACE_OF_ANGLE

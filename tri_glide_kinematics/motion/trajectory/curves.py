@@ -32,9 +32,9 @@ from tri_glide_kinematics.motion.limits import (
     polynomial,
     slider_state,
 )
-from tri_glide_kinematics.motion.path import DrivenPath, Indices
+from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.tri_glide import ArmTooShortError, TriGlideGeometry
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Indices, Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 _FACTORIALS = np.array((1.0, 1.0, 2.0, 6.0, 24.0, 120.0))[:, np.newaxis, np.newaxis]

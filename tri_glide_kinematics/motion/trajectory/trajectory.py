@@ -11,7 +11,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import accumulate
 from math import inf
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,9 +34,7 @@ from tri_glide_kinematics.motion.limits import (
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.wording import number_text
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.workspace import Traced, Workspace
+from tri_glide_kinematics.workspace import Traced, Workspace
 
 # Parts of its time at which it is looked where a motion leads.
 PARTS = np.linspace(0.0, 1.0, 65)

@@ -37,7 +37,6 @@ from tri_glide_kinematics.motion.path.corners.corrections import (
     roundings_over,
 )
 from tri_glide_kinematics.motion.path.corners.joints import (
-    Indices,
     Jumps,
     RoundedJoints,
     ShapedCorners,
@@ -75,7 +74,7 @@ from tri_glide_kinematics.motion.path.corners.widths import (
     with_kept,
 )
 from tri_glide_kinematics.motion.path.segments import Segments
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, Indices
 
 # The widths are made smaller at most so often, until all tolerances hold and the way driven is
 # nowhere too short.
