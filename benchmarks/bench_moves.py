@@ -47,10 +47,11 @@ from tri_glide_kinematics.motion.trajectory import (
     TimeScaling,
     evaluate,
     first_of,
-    knots_with_blend,
+    knots,
     lasting,
     shortest_piece,
     total_duration,
+    with_knots_of,
 )
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
@@ -222,8 +223,8 @@ def _random_scaling(entry: Entry, left: float, rng: np.random.Generator) -> Time
     last = _onwards(state, target, rng.uniform(0.85, 1.02), accelerations, jerks, rng)
     phases = lasting([*phases, *last], entry.blend)
     shortest = shortest_piece(target, accelerations)
-    times = knots_with_blend(phases, PIECES, shortest, entry.blend)
-    scaling = parametrisation.time_scaling(evaluate(phases, initial, times))
+    times = with_knots_of(knots(phases, PIECES, shortest), entry.blend, shortest)
+    scaling = parametrisation.time_scaling(evaluate(phases, initial, np.array(times)))
     return scaling.with_ends((0.0, entry.speed, entry.acceleration), entry.line.length)
 
 

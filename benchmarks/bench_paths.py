@@ -27,7 +27,7 @@ from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import plan_window
 from tri_glide_kinematics.motion.trajectory import (
     PathHeights,
-    PathScaling,
+    PathPlan,
     PathStart,
     TimeScaling,
     derivative_bounds,
@@ -102,7 +102,7 @@ def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
     uses = np.zeros(3)
     now = planning = longest = 0.0
     windows = broken = 0
-    last: PathScaling | None = None
+    last: PathPlan | None = None
     while start.place < curve.driven.length:
         windows += 1
         try:
@@ -121,7 +121,7 @@ def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
         planning, longest = planning + sum(pieces), max(longest, *pieces)
         uses = np.maximum(uses, derivative_bounds(curve, found.scaling).parts(limits).max(axis=1))
         last, scaling = found, found.scaling
-        if math.isinf(found.continue_at):
+        if found.continue_at == found.duration:
             parts.append(scaling._replace(times=scaling.times + now))
             now += float(scaling.times[-1])
             start, held = PathStart(found.ends_at, 0.0, 0.0), None

@@ -94,8 +94,8 @@ def time_to_turn(way: float, speed: float, acceleration: float, jerk: float) -> 
 def lower_bound(line: StraightLine, limits: SliderLimits) -> float:
     """Return a time that no motion from rest to rest along ``line`` can undercut [s]."""
     ways = np.linspace(0.0, line.length, POINTS)
-    heights = line.heights(ways)
-    rates = np.abs(line.derivatives(ways).heights[1]) / np.array(limits.velocity)[:, np.newaxis]
+    heights, slopes = line.derivatives(ways).heights[:2]
+    rates = np.abs(slopes) / np.array(limits.velocity)[:, np.newaxis]
     fastest = rates.max(axis=0)
     total = float((0.5 * (fastest[1:] + fastest[:-1]) * np.diff(ways)).sum())
     drives = list(zip(limits.velocity, limits.acceleration, limits.jerk))

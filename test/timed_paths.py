@@ -11,7 +11,7 @@ from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path_timing import plan_window
-from tri_glide_kinematics.motion.trajectory import PathHeights, PathScaling, PathStart, TimeScaling
+from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan, PathStart, TimeScaling
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -58,7 +58,7 @@ class Driven(NamedTuple):
         duration: [s].
     """
 
-    windows: list[PathScaling]
+    windows: list[PathPlan]
     starts: list[PathStart]
     ways: FloatArray
     duration: float
@@ -66,14 +66,14 @@ class Driven(NamedTuple):
 
 def driven(curve: PathHeights, limits: SliderLimits = LIMITS) -> Driven:
     """Drive a path from its begin to its end; each window has to be found."""
-    windows: list[PathScaling] = []
+    windows: list[PathPlan] = []
     starts = [AT_BEGIN]
     held: TimeScaling | None = None
     begins, now = [0.0], 0.0
     while starts[-1].place < curve.driven.length:
         found = at_once(plan_window(curve, starts[-1], limits, held))
         windows.append(found)
-        until = min(found.continue_at, float(found.scaling.times[-1]))
+        until = found.continue_at
         starts.append(start_at(found, until))
         held = found.scaling.since(until) if until < found.scaling.times[-1] else None
         now += until
@@ -87,7 +87,7 @@ def driven(curve: PathHeights, limits: SliderLimits = LIMITS) -> Driven:
     return Driven(windows, starts[:-1], ways, now)
 
 
-def start_at(window: PathScaling, time: float) -> PathStart:
+def start_at(window: PathPlan, time: float) -> PathStart:
     """Return from where the motion of a ``window`` goes on at a ``time`` [s]."""
     return PathStart(*(float(values[0]) for values in window.scaling.evaluate(np.array([time]))))
 
@@ -97,7 +97,7 @@ def joined(found: Driven) -> TimeScaling:
     now, parts = 0.0, []
     for window in found.windows:
         scaling = window.scaling
-        until = min(window.continue_at, float(scaling.times[-1]))
+        until = window.continue_at
         kept = int(np.searchsorted(scaling.times, until))
         part = [values[:kept] for values in scaling]
         parts.append([part[0] + now, *part[1:]])

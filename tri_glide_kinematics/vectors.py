@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 Point = tuple[float, float]
 Vector3 = tuple[float, float, float]
 FloatArray = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 
 def minus(a: Vector3, b: Vector3) -> Vector3:
@@ -35,12 +36,31 @@ def combined(p: float, a: Vector3, q: float, b: Vector3) -> Vector3:
     return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2])
 
 
-def ascending(times: FloatArray) -> FloatArray:
-    """Return ``times``, of any shape, in ascending order and each once. Shape (n,) [s].
+def ascending(numbers: FloatArray) -> FloatArray:
+    """Return ``numbers``, of any shape, in ascending order and each once. Shape (n,).
 
     The function of numpy for this loads a module when it is first called, for 30 ms.
     """
-    ordered = np.sort(times, axis=None)
+    ordered = np.sort(numbers, axis=None)
     is_new = np.ones(len(ordered), dtype=bool)
     np.greater(ordered[1:], ordered[:-1], out=is_new[1:])
     return np.asarray(ordered[is_new])
+
+
+def are_among(numbers: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
+    """Return which of some ``numbers`` are also among ``others``, as np.isin does.
+
+    It loads no module either.
+
+    Args:
+        numbers: Shape (n,).
+        others: ascending. Shape (m,).
+
+    Returns:
+        Shape (n,).
+    """
+    if not len(others):
+        return np.zeros(len(numbers), dtype=bool)
+    following = np.searchsorted(others, numbers)
+    nearest = others[np.minimum(following, len(others) - 1)]
+    return np.asarray(nearest == numbers)

@@ -9,7 +9,8 @@ import pytest
 from soak import some
 from strategies import is_inside
 
-from tri_glide_kinematics.sizing import Cells, NoCylinderError, inscribed_height, inscribed_radius
+from tri_glide_kinematics.sizing import NoCylinderError, inscribed_height, inscribed_radius
+from tri_glide_kinematics.sizing.fields import Cells
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
 

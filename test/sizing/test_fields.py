@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.dynamics import Masses, SliderForces
-from tri_glide_kinematics.sizing import Cells, Loads
+from tri_glide_kinematics.sizing.fields import Cells, Loads
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 
 RADII = (0.03, 0.01, 0.001)
@@ -67,8 +67,6 @@ def test_quantities_are_what_they_are_defined_as():
             # The norm of a row is what the worst direction makes of a speed.
             ratios = np.linalg.norm(jacobian, axis=1)
             np.testing.assert_allclose(cells.speed_ratios()[:, k], ratios, rtol=1e-12)
-            level = np.linalg.norm(jacobian[:, :2], axis=1)
-            np.testing.assert_allclose(cells.level_speed_ratios()[:, k], level, rtol=1e-7)
             softness = np.linalg.eigvalsh(inverse @ inverse.T)[-1]
             assert cells.softnesses()[k] == pytest.approx(softness, rel=1e-9)
 
@@ -161,7 +159,7 @@ def test_the_radii_at_which_klipper_slows_down_are_those_of_the_map_of_speed_rat
         while high - low > 1e-10:
             middle = 0.5 * (low + high)
             # Tower 1 stands in the direction of y.
-            ratios = Cells.of(geometry, [(0.0, -middle)]).level_speed_ratios()[:, 0]
+            ratios = np.linalg.norm(Cells.of(geometry, [(0.0, -middle)]).rows[:, :2, 0], axis=1)
             low, high = (middle, high) if ratios.max() < ratio else (low, middle)
         assert low == pytest.approx(expected, abs=1e-6)
 

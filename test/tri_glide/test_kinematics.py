@@ -17,7 +17,6 @@ from tri_glide_kinematics.errors import (
     WrongShapeError,
 )
 from tri_glide_kinematics.tri_glide import (
-    BLOCK,
     DEFAULT_GEOMETRY,
     ArmsNeverMeetError,
     ArmTooShortError,
@@ -32,6 +31,7 @@ from tri_glide_kinematics.tri_glide import (
     UnreachableError,
     WrongAssemblyModeError,
 )
+from tri_glide_kinematics.tri_glide.batch import BLOCK
 
 EPS = np.finfo(float).eps
 

@@ -1,20 +1,27 @@
-"""The largest upright cylinders inside a workspace.
+"""Where the platform may be in a workspace: upright cylinders, heights above places, and maps.
 
 Travel and reach are kept in a whole cylinder if they are kept at its places that are nearest to
 each anchor and farthest from it. How near to the axis the condition number is too large is found by
 halving cells, so nothing lies between samples.
+
+The Jacobian does not depend on the height of the platform, so a map of one level is that of all.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from tri_glide_kinematics.checks import array_of_shape
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.sizing.fields import Cells
 from tri_glide_kinematics.sizing.proof import quartered
-from tri_glide_kinematics.workspace import Bound, Face, Workspace
+from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.workspace import ROUNDING, Workspace, slacks
 
 # A radius is found to this [m].
 RADIUS_TOLERANCE = 1e-7
@@ -88,20 +95,16 @@ def inscribed_radius(
 def level_room(workspace: Workspace, center: tuple[float, float]) -> float:
     """Return how far reach and the sides of a box and a cylinder let the platform go, level [m]."""
     return min(
-        shape.slack((*center, 0.0)) for shape in workspace.bounds.shapes if not _is_level(shape)
+        shape.slack((*center, 0.0)) for shape in workspace.bounds.shapes if not shape.is_level
     )
 
 
 def given_ends(workspace: Workspace) -> tuple[float, float]:
     """Return the lower and the upper end of box and cylinder; infinite without them [m]."""
-    levels = [shape for shape in workspace.bounds.shapes if _is_level(shape)]
+    levels = [shape for shape in workspace.bounds.shapes if shape.is_level]
     lower = max((shape.bound for shape in levels if shape.side < 0.0), default=-math.inf)
     upper = min((shape.bound for shape in levels if shape.side > 0.0), default=math.inf)
     return lower, upper
-
-
-def _is_level(shape: Bound) -> bool:
-    return isinstance(shape, Face) and shape.axis == 2
 
 
 def _ends(workspace: Workspace, radius: float, center: tuple[float, float]) -> tuple[float, float]:
@@ -141,3 +144,100 @@ def _condition_room(workspace: Workspace, center: tuple[float, float], radius: f
             break
         places, half = quartered(places, half)
     return max(room - RADIUS_TOLERANCE, 0.0) if room < radius else radius
+
+
+def height_ranges(workspace: Workspace, places: FloatArray) -> FloatArray:
+    """Return between which heights the platform may be above places of a level.
+
+    Args:
+        workspace: of the machine.
+        places: x and y. Shape (n, 2) [m].
+
+    Returns:
+        Lowest and highest height, NaN where there is none. Shape (2, n) [m].
+    """
+    bounds, cells = workspace.bounds, Cells.of(workspace.machine.geometry, places)
+    sides = [shape for shape in bounds.shapes if not shape.is_level]
+    with np.errstate(invalid="ignore"):
+        low, high = ends_over(workspace, cells)
+        inside = (high > low) & (cells.conditions() <= bounds.condition * (1.0 + ROUNDING))
+    inside &= slacks(sides, places) >= -ROUNDING
+    return np.where(inside, np.stack((low, high)), np.nan)
+
+
+def ends_over(workspace: Workspace, cells: Cells) -> tuple[FloatArray, FloatArray]:
+    """Return between which heights travel, box and cylinder let the platform be. (n,) each [m]."""
+    limits, (lower, upper) = workspace.limits, given_ends(workspace)
+    low = (np.array(limits.lower_heights)[:, np.newaxis] - cells.rises).max(axis=0)
+    high = (np.array(limits.upper_heights)[:, np.newaxis] - cells.rises).min(axis=0)
+    return np.maximum(low, lower), np.minimum(high, upper)
+
+
+def level_corners(workspace: Workspace) -> tuple[FloatArray, FloatArray]:
+    """Return the corners of a rectangle around a workspace, seen from above. (2,) each [m]."""
+    geometry, limits = workspace.machine.geometry, workspace.limits
+    anchors = np.array(geometry.anchors)
+    reach = np.array(geometry.arm_lengths)[:, np.newaxis] - limits.reach_margin
+    lower, upper = (anchors - reach).max(axis=0), (anchors + reach).min(axis=0)
+    if limits.box_lower is not None:
+        lower = np.maximum(lower, limits.box_lower[:2])
+    if limits.box_upper is not None:
+        upper = np.minimum(upper, limits.box_upper[:2])
+    if limits.cylinder is not None:
+        center = np.array((limits.cylinder.center_x, limits.cylinder.center_y))
+        lower = np.maximum(lower, center - limits.cylinder.radius)
+        upper = np.minimum(upper, center + limits.cylinder.radius)
+    return lower, upper
+
+
+class Maps(NamedTuple):
+    """Quantities of a machine at places of a level; NaN where the platform may not be.
+
+    Attributes:
+        heights: lowest and highest height of the platform there. Shape (2, n) [m].
+        conditions: condition number of the Jacobian. Shape (n,).
+        speeds: that the platform reaches in every direction, as the sliders' limits allow. (n,)
+            [m/s].
+        forces: with which the platform can push in every direction, if each slider has a force of 1
+            in both. Shape (n,).
+        resolutions: twice the largest position error, if each slider is up to half a step beside
+            its setpoint. Shape (n,) [m].
+        stiffnesses: of the platform in its softest direction, if each drive has a stiffness of 1.
+            Shape (n,).
+    """
+
+    heights: FloatArray
+    conditions: FloatArray
+    speeds: FloatArray
+    forces: FloatArray
+    resolutions: FloatArray
+    stiffnesses: FloatArray
+
+
+def maps(
+    workspace: Workspace, places: ArrayLike, velocities: Sequence[float], resolution: float
+) -> Maps:
+    """Return the maps of a machine.
+
+    Args:
+        workspace: of the machine.
+        places: x and y. Shape (n, 2) [m].
+        velocities: largest one of each slider. Shape (3,) [m/s].
+        resolution: step of the drives [m].
+
+    Raises:
+        WrongShapeError: if ``places`` has another shape.
+    """
+    level = array_of_shape("places", places, (None, 2))
+    heights = height_ranges(workspace, level)
+    cells = Cells.of(workspace.machine.geometry, level)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        quantities = (
+            cells.conditions(),
+            (np.array(velocities)[:, np.newaxis] / cells.speed_ratios()).min(axis=0),
+            1.0 / np.sqrt(np.square(cells.inverse).sum(axis=0)).max(axis=0),
+            resolution * cells.position_errors(),
+            1.0 / cells.softnesses(),
+        )
+    outside = np.isnan(heights[0])
+    return Maps(heights, *(np.where(outside, np.nan, values) for values in quantities))

@@ -146,14 +146,12 @@ class Cells:
     def _part(self) -> FloatArray:
         """By which part of its length a column of the inverse changes at most. Shape (n,)."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            part = self.change / (self.smallest - self.change)
-        return np.where(self.smallest > self.change, part, np.inf)
+            return _or_infinite(self.change / self._least)
 
     def conditions(self) -> FloatArray:
         """Return the largest condition number in each cell. Shape (n,)."""
         with np.errstate(invalid="ignore", divide="ignore"):
-            values = (self.largest + self.change) / (self.smallest - self.change)
-        return np.where(self.smallest > self.change, values, np.inf)
+            return _or_infinite((self.largest + self.change) / self._least)
 
     def speed_ratios(self) -> FloatArray:
         """Return the largest speed of each slider for a platform speed of 1 in any direction.
@@ -163,12 +161,6 @@ class Cells:
         """
         with np.errstate(invalid="ignore", divide="ignore"):
             return _or_infinite(self.lengths / self.rises)
-
-    def level_speed_ratios(self) -> FloatArray:
-        """Return the same for a platform that moves level. Shape (3, n)."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            squares = (self.lengths - self.rises) * (self.lengths + self.rises)
-            return _or_infinite(np.sqrt(np.maximum(squares, 0.0)) / self.rises)
 
     def position_errors(self) -> FloatArray:
         """Return the largest position error for errors of at most 1 of each slider. Shape (n,)."""
@@ -230,8 +222,7 @@ class Cells:
         least stiffness of the platform, as a part of that of one drive. Shape (n,).
         """
         with np.errstate(invalid="ignore", divide="ignore"):
-            values = 1.0 / np.square(self.smallest - self.change)
-        return np.where(self.smallest > self.change, values, np.inf)
+            return _or_infinite(1.0 / np.square(self._least))
 
     def forces(self, loads: Loads, speed: float, acceleration: float) -> FloatArray:
         """Return the largest force of each slider, upwards or downwards.

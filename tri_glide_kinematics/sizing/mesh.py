@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.sizing.extents import given_ends
+from tri_glide_kinematics.sizing.extents import ends_over, height_ranges, level_corners
 from tri_glide_kinematics.sizing.fields import Cells
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import ROUNDING, Disc, Face, Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 IndexArray = NDArray[np.int64]
 
@@ -56,51 +56,6 @@ class Mesh(NamedTuple):
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
-def height_ranges(workspace: Workspace, places: FloatArray) -> FloatArray:
-    """Return between which heights the platform may be above places of a level.
-
-    Args:
-        workspace: of the machine.
-        places: x and y. Shape (n, 2) [m].
-
-    Returns:
-        Lowest and highest height, NaN where there is none. Shape (2, n) [m].
-    """
-    limits, geometry = workspace.limits, workspace.machine.geometry
-    lower, upper = given_ends(workspace)
-    cells = Cells.of(geometry, places)
-    rises, conditions = cells.rises, cells.conditions()
-    with np.errstate(invalid="ignore"):
-        low = (np.array(limits.lower_heights)[:, np.newaxis] - rises).max(axis=0)
-        high = (np.array(limits.upper_heights)[:, np.newaxis] - rises).min(axis=0)
-        low, high = np.maximum(low, lower), np.minimum(high, upper)
-        inside = (high > low) & (conditions <= workspace.bounds.condition * (1.0 + ROUNDING))
-    for shape in workspace.bounds.shapes:
-        if isinstance(shape, Disc):
-            distances = np.hypot(places[:, 0] - shape.x, places[:, 1] - shape.y)
-            inside &= distances <= shape.bound + ROUNDING
-        elif isinstance(shape, Face) and shape.axis < 2:
-            inside &= shape.side * (shape.bound - places[:, shape.axis]) >= -ROUNDING
-    return np.where(inside, np.stack((low, high)), np.nan)
-
-
-def level_corners(workspace: Workspace) -> tuple[FloatArray, FloatArray]:
-    """Return the corners of a rectangle around a workspace, seen from above. (2,) each [m]."""
-    geometry, limits = workspace.machine.geometry, workspace.limits
-    anchors = np.array(geometry.anchors)
-    reach = np.array(geometry.arm_lengths)[:, np.newaxis] - limits.reach_margin
-    lower, upper = (anchors - reach).max(axis=0), (anchors + reach).min(axis=0)
-    if limits.box_lower is not None:
-        lower = np.maximum(lower, limits.box_lower[:2])
-    if limits.box_upper is not None:
-        upper = np.minimum(upper, limits.box_upper[:2])
-    if limits.cylinder is not None:
-        center = np.array((limits.cylinder.center_x, limits.cylinder.center_y))
-        lower = np.maximum(lower, center - limits.cylinder.radius)
-        upper = np.minimum(upper, center + limits.cylinder.radius)
-    return lower, upper
-
-
 def surface(workspace: Workspace, cells: int = CELLS) -> Mesh:
     """Return the surface of all places where the platform may be.
 
@@ -128,7 +83,9 @@ def surface(workspace: Workspace, cells: int = CELLS) -> Mesh:
     used, numbers = np.unique(np.concatenate(polygons), return_inverse=True)
     polygons = np.split(numbers, np.cumsum([len(polygon) for polygon in polygons])[:-1])
     places = places[used]
-    low, high = _ranges_at(workspace, places)
+    low, high = ends_over(workspace, Cells.of(workspace.machine.geometry, places))
+    # Places of the edge may be outside by a rounding error.
+    high = np.maximum(high, low + THINNEST)
     count = len(places)
     vertices = np.concatenate((np.column_stack((places, low)), np.column_stack((places, high))))
     fans = [
@@ -153,17 +110,6 @@ def surface(workspace: Workspace, cells: int = CELLS) -> Mesh:
 def _are_inside(workspace: Workspace, places: FloatArray) -> NDArray[np.bool_]:
     low, high = height_ranges(workspace, places)
     return np.asarray(high - low > THINNEST)
-
-
-def _ranges_at(workspace: Workspace, places: FloatArray) -> FloatArray:
-    """Return the heights above places of the edge, which may be outside by a rounding error."""
-    lower, upper = given_ends(workspace)
-    limits = workspace.limits
-    rises = Cells.of(workspace.machine.geometry, places).rises
-    low = (np.array(limits.lower_heights)[:, np.newaxis] - rises).max(axis=0)
-    high = (np.array(limits.upper_heights)[:, np.newaxis] - rises).min(axis=0)
-    low, high = np.maximum(low, lower), np.minimum(high, upper)
-    return np.stack((low, np.maximum(high, low + THINNEST)))
 
 
 def _cut_out(

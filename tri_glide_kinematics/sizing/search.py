@@ -16,15 +16,16 @@ import numpy as np
 
 from tri_glide_kinematics.checks import member
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.sizing.designs import (
+from tri_glide_kinematics.sizing.proof import TIGHTNESS
+from tri_glide_kinematics.sizing.sizing import (
     DEMANDS,
     Needs,
+    Sizing,
     field_bounds,
     needs,
+    sizing_of,
     span_of,
 )
-from tri_glide_kinematics.sizing.proof import TIGHTNESS
-from tri_glide_kinematics.sizing.sizing import Sizing, sizing_of
 from tri_glide_kinematics.sizing.wish import Demand, Objective, Wish, distances, some_places
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.tri_glide.batch import BLOCK as BLOCK
     from tri_glide_kinematics.tri_glide.conditioning import ball_that_keeps as ball_that_keeps
     from tri_glide_kinematics.tri_glide.conditioning import (
         extreme_singular_values as extreme_singular_values,

@@ -167,20 +167,11 @@ def numba_is_installed() -> bool:
     return find_spec("numba") is not None
 
 
-def compiled_inverse_batch(
-    constants: tuple[float, ...], positions: FloatArray, *, single_mode: bool
-) -> FloatArray:
-    """Return slider heights; arguments as in ``inverse_batch``, the result in C order."""
-    heights = np.empty(positions.shape)
-    compile_loop(inverse_loop)(constants, single_mode, positions, heights)
-    return heights
-
-
-def compiled_forward_batch(constants: tuple[float, ...], heights: FloatArray) -> FloatArray:
-    """Return platform positions; arguments as in ``forward_batch``, the result in C order."""
-    positions = np.empty(heights.shape)
-    compile_loop(forward_loop)(constants, heights, positions)
-    return positions
+def filled(loop: Callable[..., None], rows: FloatArray, *constants: object) -> FloatArray:
+    """Return what a ``loop``, compiled, makes of ``rows`` with its ``constants``; in C order."""
+    result = np.empty(rows.shape)
+    compile_loop(loop)(*constants, rows, result)
+    return result
 
 
 def inverse_loop(

@@ -132,9 +132,6 @@ class PlatformAboveSliderError(NoPoseError):
         self.rise = rise
 
 
-__all__ = ["TriGlide", "TriGlideGeometry"]
-
-
 class TriGlide:
     """A tri-glide whose constants are worked out once.
 
@@ -146,9 +143,8 @@ class TriGlide:
     """
 
     __slots__ = (
-        "_forward_batch",
+        "_compiled",
         "_forward_constants",
-        "_inverse_batch",
         "_inverse_constants",
         "_rate_constants",
         "_single_mode",
@@ -165,12 +161,7 @@ class TriGlide:
                 installed, they work as without this.
         """
         self.geometry = geometry
-        if compiled and batch.numba_is_installed():
-            self._inverse_batch = batch.compiled_inverse_batch
-            self._forward_batch = batch.compiled_forward_batch
-        else:
-            self._inverse_batch = batch.inverse_batch
-            self._forward_batch = batch.forward_batch
+        self._compiled = compiled and batch.numba_is_installed()
         (x1, y1), (x2, y2), (x3, y3) = geometry.anchors
         length1, length2, length3 = geometry.arm_lengths
         area = geometry.doubled_area
@@ -460,11 +451,11 @@ class TriGlide:
         Raises:
             WrongShapeError: if ``positions`` has another shape.
         """
-        return self._inverse_batch(
-            self._inverse_constants,
-            array_of_shape("positions", positions, (None, 3)),
-            single_mode=self._single_mode,
-        )
+        rows = array_of_shape("positions", positions, (None, 3))
+        constants, single_mode = self._inverse_constants, self._single_mode
+        if self._compiled:
+            return batch.filled(batch.inverse_loop, rows, constants, single_mode)
+        return batch.inverse_batch(constants, rows, single_mode=single_mode)
 
     def forward_batch(self, heights: ArrayLike) -> NDArray[np.float64]:
         """Return the platform positions of many slider heights.
@@ -479,7 +470,9 @@ class TriGlide:
             WrongShapeError: if ``heights`` has another shape.
         """
         rows = array_of_shape("heights", heights, (None, 3))
-        return self._forward_batch(self._forward_constants, rows)
+        if self._compiled:
+            return batch.filled(batch.forward_loop, rows, self._forward_constants)
+        return batch.forward_batch(self._forward_constants, rows)
 
     def condition_number_batch(self, positions: ArrayLike) -> NDArray[np.float64]:
         """Return the condition number of the Jacobian of many positions, as for a map.

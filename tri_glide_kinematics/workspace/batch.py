@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from tri_glide_kinematics.checks import array_of_shape
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace.limits import WorkspaceLimits
+from tri_glide_kinematics.workspace.limits import WorkspaceBounds, WorkspaceLimits, slacks
 
 # Largest way out of the workspace that tracing leaves between its samples [m].
 PLACE_TOLERANCE = 6e-5
@@ -31,8 +31,7 @@ class Overruns(NamedTuple):
         reach: of the arms. Shape (n,) [m].
         place: of box and cylinder; -inf where there is neither. Shape (n,) [m].
         condition: condition number, as a part of the largest one, less 1: the smaller one of the
-            place itself and of one that is nearer to the axis by ``PLACE_TOLERANCE``. Where a
-            bound shows that it is small, -1. Shape (n,).
+            place itself and of one that is nearer to the axis by ``PLACE_TOLERANCE``. Shape (n,).
     """
 
     travel: FloatArray
@@ -63,33 +62,16 @@ def overruns(machine: TriGlide, limits: WorkspaceLimits, heights: ArrayLike) -> 
         WrongShapeError: if ``heights`` has another shape.
     """
     rows = array_of_shape("heights", heights, (None, 3))
-    travel = np.maximum(
-        np.array(limits.lower_heights) - rows, rows - np.array(limits.upper_heights)
-    ).max(axis=1)
     positions = machine.forward_batch(rows)
-    x, y, z = positions.T
-    geometry = machine.geometry
-    across = np.array(geometry.anchors) - positions[:, np.newaxis, :2]
-    longest = np.array(geometry.arm_lengths) - limits.reach_margin
-    reach = (np.linalg.norm(across, axis=-1) - longest).max(axis=1)
-    place = np.full(len(rows), -math.inf)
-    if limits.box_lower is not None:
-        place = np.maximum(place, (np.array(limits.box_lower) - positions).max(axis=1))
-    if limits.box_upper is not None:
-        place = np.maximum(place, (positions - np.array(limits.box_upper)).max(axis=1))
-    if limits.cylinder is not None:
-        cylinder = limits.cylinder
-        radii = np.hypot(x - cylinder.center_x, y - cylinder.center_y)
-        ends = np.maximum(cylinder.z_min - z, z - cylinder.z_max)
-        place = np.maximum(place, np.maximum(radii - cylinder.radius, ends))
+    bounds = WorkspaceBounds.from_limits(machine.geometry, limits)
+    # The shapes of the three arms come first.
+    reach, place = slacks(bounds.shapes[:3], positions), slacks(bounds.shapes[3:], positions)
     inwards = positions * np.array((1.0, 1.0, 0.0))
-    sizes = np.maximum(np.hypot(x, y), PLACE_TOLERANCE)
+    sizes = np.maximum(np.hypot(*positions[:, :2].T), PLACE_TOLERANCE)
     nearer = positions - inwards * (PLACE_TOLERANCE / sizes)[:, np.newaxis]
-    largest = limits.max_condition_number
-    conditions = np.minimum(
-        _conditions(machine, positions, largest), _conditions(machine, nearer, largest)
-    )
-    return Overruns(travel, reach, place, conditions / largest - 1.0)
+    conditions = np.minimum(*map(machine.condition_number_batch, (positions, nearer)))
+    condition = conditions / limits.max_condition_number - 1.0
+    return Overruns(-bounds.travel_slacks(rows), -reach, -place, condition)
 
 
 def places_inside(machine: TriGlide, limits: WorkspaceLimits) -> FloatArray:
@@ -123,21 +105,3 @@ def places_inside(machine: TriGlide, limits: WorkspaceLimits) -> FloatArray:
 def _grid(*axes: FloatArray) -> FloatArray:
     """Return all combinations of numbers of three ``axes``. Shape (n, 3)."""
     return np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3)
-
-
-def _conditions(machine: TriGlide, positions: FloatArray, largest: float) -> FloatArray:
-    """Return condition numbers, 0 where a bound shows that they are less than the ``largest``."""
-    geometry = machine.geometry
-    across = np.array(geometry.anchors) - positions[:, np.newaxis, :2]
-    squares = np.square(np.array(geometry.arm_lengths)) - np.square(across).sum(axis=-1)
-    matrices = np.ones((len(positions), 3, 3))
-    # Out of reach, no number is finite.
-    with np.errstate(invalid="ignore", divide="ignore"):
-        matrices[..., :2] = across / np.sqrt(squares)[..., np.newaxis]
-        # The Frobenius norm and the determinant bound the condition number from above.
-        norms = np.sqrt(np.square(matrices).sum(axis=(1, 2)))
-        bounds = 2.0 * (norms / math.sqrt(3.0)) ** 3 / np.abs(np.linalg.det(matrices))
-    conditions = np.zeros(len(positions))
-    near = ~(bounds <= largest)
-    conditions[near] = machine.condition_number_batch(positions[near])
-    return conditions

@@ -1,14 +1,25 @@
-"""The limits of the workspace of a tri-glide: the numbers, checked as a set."""
+"""The limits of the workspace of a tri-glide: the numbers, checked as a set, and shapes in space.
+
+Reach and cylinder are discs about an upright axis; the sides of the box and the ends of the
+cylinder are planes; the ends of slider travel are the lower halves of spheres about the carriage
+there, as the platform hangs from it on the arm.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
+from math import hypot, inf, sqrt
+from typing import NamedTuple, TypeVar
+
+import numpy as np
 
 from tri_glide_kinematics.checks import finite, finite_vector, non_negative, positive
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, Refusal
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.tri_glide import TriGlideGeometry
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text, unit_question, vector_text
 
 
@@ -174,3 +185,271 @@ def _check_order(lower_name: str, lower: float, upper_name: str, upper: float) -
         raise OutOfBoundsError(
             upper_name, upper, f"greater than {lower_name} = {number_text(lower)}", "m"
         )
+
+
+# A place that breaks a limit by less than this is inside, so that the exact edge surely is: in [m],
+# or as a part of the largest condition number.
+ROUNDING = 1e-9
+
+
+AnyBound = TypeVar("AnyBound", bound="Bound")
+
+
+class Exit(NamedTuple):
+    """The point at which a line leaves the shape of a limit.
+
+    Attributes:
+        distance: from the start of the line [m].
+        worst: distance at which the line is farthest outside, or near to it; infinite if it gets
+            ever farther [m].
+    """
+
+    distance: float
+    worst: float = inf
+
+
+@dataclass(frozen=True)
+class Bound(ABC):
+    """One limit of a quantity that depends on the place of the platform.
+
+    Attributes:
+        limit: what it is.
+        arm: index of the arm that it belongs to.
+        bound: of the quantity [m].
+        side: 1 if the quantity has to stay below the bound, -1 if above.
+    """
+
+    limit: WorkspaceLimit
+    arm: int | None
+    bound: float
+    side: float
+
+    @abstractmethod
+    def value(self, position: Vector3) -> float:
+        """Return the quantity [m]."""
+
+    def values(self, places: FloatArray) -> FloatArray:
+        """Return the quantity at many places, shape (n, 3) [m]. Shape (n,) [m]."""
+        return np.array([self.value((x, y, z)) for x, y, z in places.tolist()])
+
+    @abstractmethod
+    def exit(self, start: Vector3, direction: Vector3) -> Exit | None:
+        """Return where a line from inside passes the edge, if ever; ``direction`` is a unit."""
+
+    @property
+    def is_level(self) -> bool:
+        """Whether the quantity is the height of the platform alone."""
+        return False
+
+    @property
+    def edge(self) -> float:
+        """The end of lines [m]: so far beyond the bound that they may end on it.
+
+        It is nearer than what is granted to places, so that the end of a cut line is one inside.
+        """
+        return self.bound + 0.5 * self.side * ROUNDING
+
+    def slack(self, position: Vector3) -> float:
+        """Return by how much the bound is kept at a place, negative if it is broken [m]."""
+        return self.side * (self.bound - self.value(position))
+
+    def check(self, position: Vector3) -> None:
+        """Raise an ``OutsideWorkspaceError`` if the bound is broken at a place."""
+        if not self.slack(position) >= -ROUNDING:
+            raise self.error(position, self.value(position))
+
+    def error(self, position: Vector3, value: float) -> OutsideWorkspaceError:
+        """Return the error for a ``value`` found on the way on from a place."""
+        return OutsideWorkspaceError(self.limit, self.arm, position, value, self.bound)
+
+    def widened_to(self: AnyBound, position: Vector3) -> AnyBound:
+        """Return this bound, moved to where it just holds at a place if it does not."""
+        if self.slack(position) >= 0.0:
+            return self
+        return replace(self, bound=self.value(position))
+
+
+@dataclass(frozen=True)
+class Disc(Bound):
+    """The platform stays near an upright axis at ``x``, ``y`` [m]."""
+
+    x: float
+    y: float
+
+    def value(self, position: Vector3) -> float:
+        """Return the horizontal distance from the axis [m]."""
+        return hypot(position[0] - self.x, position[1] - self.y)
+
+    def values(self, places: FloatArray) -> FloatArray:
+        """Return the horizontal distances from the axis. Shape (n,) [m]."""
+        return np.asarray(np.hypot(places[:, 0] - self.x, places[:, 1] - self.y))
+
+    def exit(self, start: Vector3, direction: Vector3) -> Exit | None:
+        """Return where a line leaves the disc."""
+        x, y = start[0] - self.x, start[1] - self.y
+        a = direction[0] * direction[0] + direction[1] * direction[1]
+        if a == 0.0:
+            return None
+        b = x * direction[0] + y * direction[1]
+        squared = b * b + a * (self.edge * self.edge - x * x - y * y)
+        return Exit(max(0.0, (sqrt(max(0.0, squared)) - b) / a))
+
+
+@dataclass(frozen=True)
+class Face(Bound):
+    """The platform stays on one side of a plane across the coordinate ``axis``."""
+
+    axis: int
+
+    def value(self, position: Vector3) -> float:
+        """Return the coordinate [m]."""
+        return position[self.axis]
+
+    def values(self, places: FloatArray) -> FloatArray:
+        """Return the coordinates. Shape (n,) [m]."""
+        return places[:, self.axis]
+
+    @property
+    def is_level(self) -> bool:
+        """Whether the plane is level."""
+        return self.axis == 2
+
+    def exit(self, start: Vector3, direction: Vector3) -> Exit | None:
+        """Return where a line passes through the plane."""
+        rate = direction[self.axis]
+        if self.side * rate <= 0.0:
+            return None
+        return Exit(max(0.0, (self.edge - start[self.axis]) / rate))
+
+
+@dataclass(frozen=True)
+class TravelEnd(Bound):
+    """A slider over the anchor ``x``, ``y`` with an arm of some ``length`` [m] has an end."""
+
+    x: float
+    y: float
+    length: float
+
+    def value(self, position: Vector3) -> float:
+        """Return the height of the slider [m]; beyond reach, as if the arm lay level."""
+        x, y = position[0] - self.x, position[1] - self.y
+        return position[2] + sqrt(max(0.0, self.length * self.length - x * x - y * y))
+
+    def exit(self, start: Vector3, direction: Vector3) -> Exit | None:
+        """Return where a line leaves the sphere of the lower end, or enters that of the upper."""
+        x, y, z = start[0] - self.x, start[1] - self.y, start[2] - self.edge
+        along = x * direction[0] + y * direction[1] + z * direction[2]
+        outside = x * x + y * y + z * z - self.length * self.length
+        squared = along * along - outside
+        # A start that is inside by grace of the rounding only, on the wrong side of the sphere.
+        if z < 0.0 and self.side * outside < 0.0:
+            if self.side * along < 0.0 or squared < 0.0:
+                return Exit(0.0, -along if self.side > 0.0 else inf)
+            if self.side > 0.0:
+                return None
+        if squared < 0.0:
+            return None
+        distance = -self.side * sqrt(squared) - along
+        if distance < 0.0 or z + distance * direction[2] > 0.0:
+            return None
+        return Exit(distance, -along if self.side > 0.0 else inf)
+
+
+@dataclass(frozen=True)
+class WorkspaceBounds:
+    """The limits of a workspace.
+
+    Attributes:
+        shapes: that bound the platform: discs and faces.
+        travel: lower ends of the three sliders, then upper ends.
+        condition: largest condition number of the Jacobian.
+    """
+
+    shapes: tuple[Bound, ...]
+    travel: tuple[TravelEnd, ...]
+    condition: float
+
+    @classmethod
+    def from_limits(cls, geometry: TriGlideGeometry, limits: WorkspaceLimits) -> WorkspaceBounds:
+        """Return the shapes of ``limits``."""
+        arms = list(zip(range(3), geometry.anchors, geometry.arm_lengths))
+        shapes: list[Bound] = [
+            Disc(WorkspaceLimit.REACH, arm, length - limits.reach_margin, 1.0, x, y)
+            for arm, (x, y), length in arms
+        ]
+        sides = (WorkspaceLimit.BOX_X, WorkspaceLimit.BOX_Y, WorkspaceLimit.BOX_Z)
+        for corner, side in ((limits.box_lower, -1.0), (limits.box_upper, 1.0)):
+            shapes += [
+                Face(limit, None, bound, side, axis)
+                for axis, (limit, bound) in enumerate(zip(sides, corner or ()))
+            ]
+        cylinder = limits.cylinder
+        if cylinder:
+            center = cylinder.center_x, cylinder.center_y
+            round_about, ends = WorkspaceLimit.CYLINDER_RADIUS, WorkspaceLimit.CYLINDER_Z
+            shapes += [
+                Disc(round_about, None, cylinder.radius, 1.0, *center),
+                Face(ends, None, cylinder.z_min, -1.0, 2),
+                Face(ends, None, cylinder.z_max, 1.0, 2),
+            ]
+        travel: list[TravelEnd] = []
+        for limit, heights, side in (
+            (WorkspaceLimit.LOWER_TRAVEL, limits.lower_heights, -1.0),
+            (WorkspaceLimit.UPPER_TRAVEL, limits.upper_heights, 1.0),
+        ):
+            travel += [
+                TravelEnd(limit, arm, heights[arm], side, x, y, length)
+                for arm, (x, y), length in arms
+            ]
+        return cls(tuple(shapes), tuple(travel), limits.max_condition_number)
+
+    def widened_to(self, position: Vector3, condition: float) -> WorkspaceBounds:
+        """Return the same bounds, those that exclude a place moved to where it is."""
+        return WorkspaceBounds(
+            tuple(shape.widened_to(position) for shape in self.shapes),
+            tuple(end.widened_to(position) for end in self.travel),
+            max(self.condition, condition),
+        )
+
+    def first_exit(self, start: Vector3, direction: Vector3) -> tuple[Bound, Exit]:
+        """Return where a line from a place inside first leaves a shape or the travel.
+
+        Each line does: a level one leaves the reach, any other one the travel.
+        """
+        exits = [(bound, bound.exit(start, direction)) for bound in (*self.shapes, *self.travel)]
+        found = [(bound, one) for bound, one in exits if one is not None]
+        least = min(one.distance for _, one in found)
+        # Which of several limits in a corner is named is not left to rounding.
+        return next(pair for pair in found if pair[1].distance <= least + ROUNDING)
+
+    def slack(self, position: Vector3) -> float:
+        """Return the least distance to one of the shapes, negative outside [m]."""
+        return min(shape.slack(position) for shape in self.shapes)
+
+    def travel_slack(self, heights: Vector3) -> float:
+        """Return the least distance of a slider to an end of its travel, negative beyond [m]."""
+        return min(
+            min(height - lower.bound, upper.bound - height)
+            for height, lower, upper in zip(heights, self.travel[:3], self.travel[3:])
+        )
+
+    def travel_slacks(self, heights: FloatArray) -> FloatArray:
+        """Return the same for many heights, shape (n, 3) [m]. Shape (n,) [m]."""
+        lower, upper = np.array([end.bound for end in self.travel]).reshape(2, 3)
+        return np.asarray(np.minimum(heights - lower, upper - heights).min(axis=1))
+
+
+def slacks(shapes: Sequence[Bound], places: FloatArray) -> FloatArray:
+    """Return the least distance to one of the ``shapes``, negative outside; inf without one.
+
+    Args:
+        shapes: that bound the platform.
+        places: of the platform. Shape (n, 3) [m].
+
+    Returns:
+        Shape (n,) [m].
+    """
+    least = np.full(len(places), inf)
+    for shape in shapes:
+        np.minimum(least, shape.side * (shape.bound - shape.values(places)), out=least)
+    return least

@@ -27,7 +27,7 @@ from tri_glide_kinematics.tri_glide import (
     extreme_singular_values,
 )
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
+from tri_glide_kinematics.workspace.limits import ROUNDING, WorkspaceBounds
 
 # A path may break a limit by this between two samples that keep it [m].
 TOLERANCE = 5e-5

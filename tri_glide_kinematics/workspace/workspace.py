@@ -20,11 +20,11 @@ from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
-from tri_glide_kinematics.workspace.bounds import ROUNDING, WorkspaceBounds
 from tri_glide_kinematics.workspace.limits import (
-    Cylinder,
+    ROUNDING,
     OutsideWorkspaceError,
     UndecidedWayError,
+    WorkspaceBounds,
     WorkspaceLimit,
     WorkspaceLimits,
 )
@@ -34,21 +34,11 @@ from tri_glide_kinematics.workspace.tracing import (
     ConditionField,
     MovingSliders,
     Sample,
-    SliderMotionState,
     Surroundings,
     Traced,
     Tracing,
     path_probe,
 )
-
-__all__ = [
-    "TOLERANCE",
-    "Cylinder",
-    "SliderMotionState",
-    "Workspace",
-    "WorkspaceLimit",
-    "WorkspaceLimits",
-]
 
 
 class Workspace:

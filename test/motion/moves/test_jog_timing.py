@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from strategies import nudged
 
-from tri_glide_kinematics.motion.moves import JOG_MARGIN, JogFactors, TimedJog
+from tri_glide_kinematics.motion.moves.line_timing import JOG_MARGIN, JogFactors, TimedJog
 from tri_glide_kinematics.motion.trajectory import TimeScaling
 
 KNOTS = np.array([0.0, 0.1, 0.2, 0.7, 1.0])

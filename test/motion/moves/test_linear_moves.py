@@ -26,7 +26,8 @@ from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.errors import NoRoomError, PlanningError
 from tri_glide_kinematics.motion.limit_use import are_within
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
-from tri_glide_kinematics.motion.moves import LinearMotion, LineJoining, LineToEdge, LineToPosition
+from tri_glide_kinematics.motion.moves import LinearMotion, LineJoining, LineToPosition
+from tri_glide_kinematics.motion.moves.line_entry import LineToEdge
 from tri_glide_kinematics.motion.trajectory import StraightLine, derivative_bounds
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
@@ -261,7 +262,7 @@ def test_same_target_in_mid_motion_stays_on_the_line():
     for part in np.linspace(0.05, 0.9, 18):
         time = float(part) * plan.duration
         looser = SliderLimits.uniform(1.2, 12.0, 250.0)
-        again = at_once(JOINING.in_motion(plan.at(time), builder, looser, 0.1))
+        again = at_once(at_once(JOINING.blending(plan.at(time), builder, looser, 0.1)).plan())
         assert again.blend is None
         assert_continues(again, plan.at(time), 250.0)
         assert np.allclose(again.line.direction, line.direction, rtol=0.0, atol=1e-9)
@@ -302,7 +303,7 @@ def test_target_too_near_to_stop_at_is_refused():
     u, v, w = line.direction
     builder = LineToPosition(WORKSPACE, (x + 0.003 * u, y + 0.003 * v, z + 0.003 * w))
     with pytest.raises(PlanningError, match="cannot stop"):
-        at_once(JOINING.in_motion(state, builder, LIMITS, 0.3))
+        at_once(at_once(JOINING.blending(state, builder, LIMITS, 0.3)).plan())
 
 
 def test_line_to_the_edge_ends_short_of_the_edge_and_needs_room():

@@ -10,8 +10,8 @@ from motion_machine import LIMITS, MACHINE, engine, run, run_to_rest, within
 
 from benchmarks.bench_stops import KINDS, Drive, Kind, measure, own_stop, states, stopped
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, PlatformPath
-from tri_glide_kinematics.motion.moves import LONGEST_ON_LINE
 from tri_glide_kinematics.motion.moves import own_stop as shortest
+from tri_glide_kinematics.motion.moves.stopping import LONGEST_ON_LINE
 from tri_glide_kinematics.motion.trajectory import RuckigPlanner
 
 # So many states take half a second.

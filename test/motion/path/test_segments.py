@@ -9,16 +9,8 @@ import pytest
 
 from testing.path_samples import random_path, unit
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path import (
-    NoArcError,
-    PlatformPath,
-    Segments,
-    ShortSegmentError,
-    arc_about,
-    arc_through,
-    joined,
-    line,
-)
+from tri_glide_kinematics.motion.path import NoArcError, PlatformPath, Segments, ShortSegmentError
+from tri_glide_kinematics.motion.path.segments import arc_about, arc_through, joined, line
 
 
 def along(segment, start, way):

@@ -5,7 +5,8 @@ from timed_paths import AT_BEGIN, LIMITS, dense_path, random_path, seen, start_a
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.motion.path_timing import brake, plan_window
+from tri_glide_kinematics.motion.path_timing import plan_window
+from tri_glide_kinematics.motion.path_timing.planner import brake
 from tri_glide_kinematics.motion.trajectory import check_along
 
 

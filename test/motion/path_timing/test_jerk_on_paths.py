@@ -6,7 +6,8 @@ from timed_paths import driven, joined, seen
 
 from testing.jerk_on_paths import chatter, circle, polyline, square
 from tri_glide_kinematics.motion import SliderLimits
-from tri_glide_kinematics.motion.path_timing import MOST_CELLS, SHORTEST_CELL
+from tri_glide_kinematics.motion.path_timing.grid import MOST_CELLS
+from tri_glide_kinematics.motion.path_timing.speed_estimate import SHORTEST_CELL
 from tri_glide_kinematics.motion.trajectory import check_along
 
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)

@@ -7,12 +7,12 @@ import sys
 
 import numpy as np
 
-from tri_glide_kinematics.motion.path_timing import dpbtrf, dpbtrs
+from tri_glide_kinematics.motion.path_timing.interior_point import dpbtrf, dpbtrs
 
 MOTION_ALONE = """
 import sys
 import tri_glide_kinematics.motion.engine.engine
-from tri_glide_kinematics.motion.path_timing import dpbtrf
+from tri_glide_kinematics.motion.path_timing.interior_point import dpbtrf
 assert "scipy.linalg" not in sys.modules
 from scipy.linalg import cholesky_banded, lapack
 assert lapack.dpbtrf is dpbtrf

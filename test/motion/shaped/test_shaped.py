@@ -22,7 +22,7 @@ from tri_glide_kinematics.motion import (
     time_path,
 )
 from tri_glide_kinematics.motion.limits import AT_REST, Series, SliderState
-from tri_glide_kinematics.motion.shaped.path_driven import DrivenPart
+from tri_glide_kinematics.motion.shaped.bends import DrivenPart
 from tri_glide_kinematics.motion.shaped.shaped import ShapedTrajectory, largest_of
 from tri_glide_kinematics.motion.shaped.slowed import SlowedPlan
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind

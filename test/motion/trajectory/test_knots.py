@@ -12,7 +12,7 @@ from strategies import nudged, reproducible
 from tri_glide_kinematics.motion.limits import AT_REST, SliderState
 from tri_glide_kinematics.motion.trajectory import CubicPlan, shortest_piece, total_duration
 from tri_glide_kinematics.motion.trajectory.cubic import with_knots_of
-from tri_glide_kinematics.motion.trajectory.knots import knots
+from tri_glide_kinematics.motion.trajectory.phases import knots
 
 
 def test_each_phase_gets_as_many_pieces_whatever_the_last_bits_are():

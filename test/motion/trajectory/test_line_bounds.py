@@ -55,9 +55,8 @@ def plans(count: int, seed: int, blended: bool):
             plan = motion.from_rest(StraightLine.between(DEFAULT_GEOMETRY, start, middle), LIMITS)
             if blended:
                 state = plan.at(float(rng.random()) * plan.duration)
-                plan = at_once(
-                    JOINING.in_motion(state, LineToPosition(WORKSPACE, tuple(end)), LIMITS, 0.3)
-                )
+                builder = LineToPosition(WORKSPACE, tuple(end))
+                plan = at_once(at_once(JOINING.blending(state, builder, LIMITS, 0.3)).plan())
         except KinematicsError:
             continue
         if blended and plan.blend is None:

@@ -30,9 +30,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.limits.series import largest_value as largest_value
     from tri_glide_kinematics.motion.limits.series import moved as moved
     from tri_glide_kinematics.motion.limits.series import polynomial as polynomial
-    from tri_glide_kinematics.motion.limits.series import position_of as position_of
     from tri_glide_kinematics.motion.limits.series import positions as positions
-    from tri_glide_kinematics.motion.limits.series import product as product
     from tri_glide_kinematics.motion.limits.series import quartered as quartered
     from tri_glide_kinematics.motion.limits.series import resting as resting
     from tri_glide_kinematics.motion.limits.setpoint import AT_REST as AT_REST

@@ -296,20 +296,10 @@ class PartOfBound(AddedBound):
     bound: AddedBound
     part: float
 
-    @property
-    def machine(self) -> TriGlide:  # type: ignore[override]
-        """Whose motion it bounds."""
-        return self.bound.machine
-
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        """As that of the other bound."""
-        return self.bound.name
-
-    @property
-    def order(self) -> int:  # type: ignore[override]
-        """As that of the other bound."""
-        return self.bound.order
+    def __post_init__(self) -> None:
+        """Take over what both have in common."""
+        for name in ("machine", "name", "order"):
+            object.__setattr__(self, name, getattr(self.bound, name))
 
     @property
     def platform_speed(self) -> float:

@@ -7,23 +7,17 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.moves.hard_braking import hardest_braking as hardest_braking
     from tri_glide_kinematics.motion.moves.line_entry import Entry as Entry
-    from tri_glide_kinematics.motion.moves.line_entry import LineToEdge as LineToEdge
     from tri_glide_kinematics.motion.moves.line_entry import LineToPosition as LineToPosition
     from tri_glide_kinematics.motion.moves.line_moves import LinearMotion as LinearMotion
     from tri_glide_kinematics.motion.moves.line_moves import LineJoining as LineJoining
-    from tri_glide_kinematics.motion.moves.line_timing import JOG_MARGIN as JOG_MARGIN
     from tri_glide_kinematics.motion.moves.line_timing import NORM as NORM
-    from tri_glide_kinematics.motion.moves.line_timing import JogFactors as JogFactors
     from tri_glide_kinematics.motion.moves.line_timing import LineTiming as LineTiming
-    from tri_glide_kinematics.motion.moves.line_timing import TimedJog as TimedJog
-    from tri_glide_kinematics.motion.moves.parametrisation import SpeedNorm as SpeedNorm
     from tri_glide_kinematics.motion.moves.parametrisation import parametrise as parametrise
     from tri_glide_kinematics.motion.moves.search import REACHED as REACHED
     from tri_glide_kinematics.motion.moves.search import MotionKind as MotionKind
     from tri_glide_kinematics.motion.moves.search import MotionPlanner as MotionPlanner
+    from tri_glide_kinematics.motion.moves.search import SliderMotion as SliderMotion
     from tri_glide_kinematics.motion.moves.search import plan_move as plan_move
-    from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion as SliderMotion
-    from tri_glide_kinematics.motion.moves.stopping import LONGEST_ON_LINE as LONGEST_ON_LINE
     from tri_glide_kinematics.motion.moves.stopping import LONGEST_TRACKED as LONGEST_TRACKED
     from tri_glide_kinematics.motion.moves.stopping import NEARLY as NEARLY
     from tri_glide_kinematics.motion.moves.stopping import Along as Along

@@ -9,18 +9,14 @@ is for the caller to verify it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import inf, isfinite, sqrt
 
 import numpy as np
 
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.trajectory import CoordinateProfile, after
-from tri_glide_kinematics.vectors import FloatArray
-
-# First, second and third derivative of the three heights at n places. Shape (3, 3, n).
-Derivatives = Callable[[FloatArray], FloatArray]
+from tri_glide_kinematics.motion.trajectory import Curve, TimeScaling, after
 
 # Parts of the limits of acceleration and jerk that are used: the rest is for what lies between the
 # ends of the steps.
@@ -57,18 +53,18 @@ NO_TIME = 1e-6
 
 
 def hardest_braking(
-    derivatives: Derivatives,
+    along: Curve,
     start: tuple[float, float, float],
     limits: SliderLimits,
     *,
     fraction: float = 1.0,
     until: float = inf,
     longest: float = inf,
-) -> CoordinateProfile:
+) -> TimeScaling:
     """Return a braking along a curve, not verified.
 
     Args:
-        derivatives: of the heights of the sliders along the curve; NaN out of reach.
+        along: the curve; the heights of the sliders are NaN out of reach.
         start: place [m], speed [m/s], greater than zero, and acceleration [m/s^2].
         limits: of the sliders.
         fraction: of acceleration and jerk that is used.
@@ -83,7 +79,7 @@ def hardest_braking(
         raise PlanningError("the platform hardly moves")
     accelerations = [ACCELERATION_PART * fraction * most for most in limits.acceleration]
     jerks = [JERK_PART * fraction * most for most in limits.jerk]
-    slopes, bends, _ = derivatives(np.array([place]))[..., 0].tolist()
+    slopes, bends, _ = along.derivatives(np.array([place])).heights[1:, :, 0].tolist()
     needed = JERK_PART
     for slope, bend, velocity, most in zip(slopes, bends, limits.velocity, limits.jerk):
         rate = slope * acceleration + bend * speed * speed
@@ -98,13 +94,13 @@ def hardest_braking(
     if not isfinite(time):
         raise PlanningError("the curve begins out of reach")
     farthest = min(speed * (FARTHEST * time + abs(acceleration) / sharpest), until - place)
-    curve = _Curve(derivatives, place, farthest)
+    curve = _Curve(along, place, farthest)
     landing = LANDING_PART * curve.least_of(jerks)
-    profile = _stepped(
+    scaling = _stepped(
         curve, start, (accelerations, jerks, taking_back, landing), time / STEPS, longest
     )
-    curve.check(profile, limits)
-    return profile
+    curve.check(scaling, limits)
+    return scaling
 
 
 def _time_to_rest(speed: float, acceleration: float, most: float, jerk: float) -> float:
@@ -119,7 +115,7 @@ def _time_to_rest(speed: float, acceleration: float, most: float, jerk: float) -
 class _Curve:
     """Derivatives of the heights along a curve, read between places at equal distances."""
 
-    def __init__(self, derivatives: Derivatives, start: float, length: float) -> None:
+    def __init__(self, along: Curve, start: float, length: float) -> None:
         """Look at a ``length`` [m] from a ``start`` [m] on, as far as all arms reach.
 
         Raises:
@@ -128,7 +124,7 @@ class _Curve:
         if not length > 0.0:
             raise PlanningError("there is no way to brake on")
         with np.errstate(invalid="ignore"):
-            table = derivatives(np.linspace(start, start + length, LOOKED_AT))
+            table = along.derivatives(np.linspace(start, start + length, LOOKED_AT)).heights[1:]
         rows = table.transpose(2, 0, 1).reshape(LOOKED_AT, 9)
         within = np.isfinite(rows).all(axis=1)
         count = LOOKED_AT if within.all() else int(within.argmin())
@@ -162,13 +158,13 @@ class _Curve:
             for one, next_one in zip(self._rows[index], self._rows[index + 1])
         ]
 
-    def check(self, profile: CoordinateProfile, limits: SliderLimits) -> None:
+    def check(self, scaling: TimeScaling, limits: SliderLimits) -> None:
         """Look at accelerations and jerks at the knots: the bounds that verify take much longer.
 
         Raises:
             PlanningError: if a slider exceeds one by far.
         """
-        times, places, speeds, rates = profile
+        times, places, speeds, rates = scaling
         positions = (places[:-1] - self._start) * self._density
         indices = np.minimum(positions.astype(np.intp), len(self._rows) - 2)
         parts = (positions - indices)[:, np.newaxis]
@@ -192,7 +188,7 @@ def _stepped(
     bounds: tuple[Sequence[float], Sequence[float], Sequence[float], float],
     step: float,
     longest: float,
-) -> CoordinateProfile:
+) -> TimeScaling:
     """Return the braking in steps.
 
     Args:
@@ -247,7 +243,7 @@ def _stepped(
             knots.append((time + passed, *after(passed, place, speed, acceleration, jerk)))
     times, places, speeds, rates = np.array(knots).T
     speeds[-1] = rates[-1] = 0.0
-    return CoordinateProfile(times, places, speeds, rates)
+    return TimeScaling(times, places, speeds, rates)
 
 
 def _jerks(

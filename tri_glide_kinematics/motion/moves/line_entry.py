@@ -8,6 +8,7 @@ platform would be without these offsets, and leads to a position, to the edge, o
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -19,7 +20,7 @@ from tri_glide_kinematics.motion.trajectory import (
     StraightLine,
     Synchronization,
 )
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Traced, Workspace
 
@@ -27,15 +28,15 @@ from tri_glide_kinematics.workspace import Traced, Workspace
 LONGEST_JOG = 1000.0
 
 
+# Makes the line that begins at a place [m], of any length.
+LineFrom = Callable[[Vector3], StraightLine]
+
+
 class LineBuilder(Protocol):
-    """Makes lines from any start."""
+    """Makes lines, and finds in a second step where they end."""
 
     def line(self, start: Vector3) -> StraightLine:
         """Return the line that begins at ``start`` [m], of any length."""
-
-
-class LimitedLineBuilder(LineBuilder, Protocol):
-    """Makes lines, and finds in a second step where they end."""
 
     def limited(self, line: StraightLine) -> Traced[StraightLine]:
         """Return what makes the ``line`` with its final length, inside the workspace.
@@ -106,22 +107,6 @@ class LineToEdge:
         return "the edge of the workspace is near"
 
 
-class LineToStop:
-    """Lines in one direction, for as long as the platform takes to stop.
-
-    Where they end is known only when the plan is made.
-    """
-
-    def __init__(self, geometry: TriGlideGeometry, direction: Vector3) -> None:
-        """Lead along the unit vector ``direction``."""
-        self._geometry = geometry
-        self._direction = direction
-
-    def line(self, start: Vector3) -> StraightLine:
-        """Return the beginning of the line from ``start``."""
-        return StraightLine(self._geometry, start, self._direction, 0.0)
-
-
 def _known(line: StraightLine, region: Workspace) -> StraightLine:
     """Return a ``line`` of which it is known that it stays inside the ``region``."""
     line.known_inside = region
@@ -159,13 +144,13 @@ class LineEntry:
         self._ruckig = RuckigPlanner(3)
 
     def resting(
-        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
+        self, state: SliderState, line_from: LineFrom, limits: SliderLimits, fraction: float
     ) -> Entry:
         """Return the entry at rest: the blend brakes all of the motion.
 
         Args:
             state: of the sliders.
-            builder: makes the line.
+            line_from: makes the line.
             limits: of the sliders.
             fraction: of the acceleration and jerk limits that the blend may use.
 
@@ -173,29 +158,29 @@ class LineEntry:
             KinematicsError: if no line begins where the sliders rest.
         """
         blend = self._brake(state, limits, fraction)
-        return Entry(builder.line(self._begin(state, blend)), 0.0, 0.0, blend)
+        return Entry(line_from(self._begin(state, blend)), 0.0, 0.0, blend)
 
     def moving(
-        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
+        self, state: SliderState, line_from: LineFrom, limits: SliderLimits, fraction: float
     ) -> Entry:
         """Return the entry that keeps the motion along the line.
 
         Args:
             state: of the sliders.
-            builder: makes the line.
+            line_from: makes the line.
             limits: of the sliders.
             fraction: of the acceleration and jerk limits that the blend may use.
 
         Raises:
             KinematicsError: if no line begins where the platform would be.
         """
-        line = builder.line(self._machine.forward(state.heights))
+        line = line_from(self._machine.forward(state.heights))
         speed, acceleration, residual = _divided(state, line, limits)
         if residual is None:
             return Entry(line, speed, acceleration, None)
         # The residual depends on where the line begins, and this on how far the residual brakes.
         for _ in range(2):
-            line = builder.line(self._begin(state, self._brake(residual, limits, fraction)))
+            line = line_from(self._begin(state, self._brake(residual, limits, fraction)))
             speed, acceleration, divided = _divided(state, line, limits)
             residual = divided or residual
         (x, y, z), (h1, h2, h3) = state.heights, line.start_heights

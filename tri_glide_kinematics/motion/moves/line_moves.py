@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -23,16 +24,14 @@ from tri_glide_kinematics.motion.errors import AddedBoundError, PlanningError, S
 from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves.line_entry import (
     Entry,
-    LimitedLineBuilder,
+    LineBuilder,
     LineEntry,
-    LineToStop,
     check_length,
 )
 from tri_glide_kinematics.motion.moves.line_timing import (
     JOG_NORM,
     NORM,
     JogFactors,
-    JogTiming,
     LineTiming,
     MovingFactors,
 )
@@ -50,6 +49,7 @@ from tri_glide_kinematics.motion.trajectory import (
     with_knots_of,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Traced
 
 # Number of places of a way that are looked at between two breaks: that takes 0.2 ms.
@@ -70,7 +70,6 @@ class LinearMotion:
         self._machine = machine
         self._entry = LineEntry(machine)
         self._timing = LineTiming()
-        self._jogs = JogTiming()
 
     def from_rest(self, line: StraightLine, limits: SliderLimits) -> LinePlan:
         """Return the shortest plan found from rest at the start of ``line`` to rest at its end.
@@ -108,7 +107,7 @@ class LinearMotion:
     def jog(
         self,
         state: SliderState,
-        builder: LimitedLineBuilder,
+        builder: LineBuilder,
         limits: SliderLimits,
         fraction: float,
         platform_speed: float,
@@ -125,7 +124,7 @@ class LinearMotion:
         Raises:
             KinematicsError: if it does not keep the limits, or there is none.
         """
-        entry = self._entry.moving(state, builder, limits, fraction)
+        entry = self._entry.moving(state, builder.line, limits, fraction)
         yield
         entry = yield from _limited(entry, builder)
         check_length(entry.blend, state, limits, LONGEST_JOG_BLEND)
@@ -135,7 +134,7 @@ class LinearMotion:
         factors = JogFactors(begin=1.0 - fraction)
         for _ in range(JOG_ATTEMPTS):
             yield
-            timed = self._jogs.time_scaling(entry, parametrisation, factors)
+            timed = self._timing.jog(entry, parametrisation, factors)
             yield
             bounds = yield from bounds_along(entry.line, timed.scaling, limits, entry.blend)
             slowdowns = bounds.slowdown(limits)
@@ -173,8 +172,13 @@ class LinearMotion:
         if speed == 0.0:
             raise PlanningError("the platform moves in no direction")
         x, y, z = velocity
-        builder = LineToStop(self._machine.geometry, (x / speed, y / speed, z / speed))
-        entry = self._entry.moving(state, builder, limits, beside * fraction)
+        geometry, ahead = self._machine.geometry, (x / speed, y / speed, z / speed)
+
+        def line_from(start: Vector3) -> StraightLine:
+            """Return the beginning of the line: where it ends, the braking tells."""
+            return StraightLine(geometry, start, ahead, 0.0)
+
+        entry = self._entry.moving(state, line_from, limits, beside * fraction)
         yield
         if entry.blend is not None:
             if entry.blend.duration > longest:
@@ -192,7 +196,7 @@ def found(answer: Traced[Result]) -> Interruptible[Result]:
     return answer.result()
 
 
-def _limited(entry: Entry, builder: LimitedLineBuilder) -> Interruptible[Entry]:
+def _limited(entry: Entry, builder: LineBuilder) -> Interruptible[Entry]:
     """Return an ``entry`` whose line has its final length.
 
     Raises:
@@ -261,7 +265,7 @@ class LineJoining:
         self._timing = LineTiming()
 
     def ways(
-        self, state: SliderState, builder: LimitedLineBuilder, limits: SliderLimits
+        self, state: SliderState, builder: LineBuilder, limits: SliderLimits
     ) -> Interruptible[list[WayOnto]]:
         """Return the ways to go over from ``state`` to a line without stopping.
 
@@ -276,7 +280,7 @@ class LineJoining:
         ways: list[WayOnto] = []
         for fraction in MOVE_BLEND_FRACTIONS:
             try:
-                ways.append((yield from self._blending(state, builder, limits, fraction)))
+                ways.append((yield from self.blending(state, builder, limits, fraction)))
             except KinematicsError:
                 continue
             yield
@@ -284,7 +288,7 @@ class LineJoining:
                 # The others are the same.
                 break
         try:
-            entry = self._entry.resting(state, builder, limits, 1.0)
+            entry = self._entry.resting(state, builder.line, limits, 1.0)
             entry = yield from _limited(entry, builder)
             yield
             undelayed = yield from self._timing.from_rest(entry.line, limits)
@@ -323,10 +327,10 @@ class LineJoining:
         ways.remove(best[1])
         return best[0]
 
-    def in_motion(
-        self, state: SliderState, builder: LimitedLineBuilder, limits: SliderLimits, fraction: float
-    ) -> Interruptible[LinePlan]:
-        """Return a plan that goes over from ``state`` to a line without stopping.
+    def blending(
+        self, state: SliderState, builder: LineBuilder, limits: SliderLimits, fraction: float
+    ) -> Interruptible[WayOnto]:
+        """Return the way with a blend, which goes over to a line without stopping.
 
         Args:
             state: of the sliders.
@@ -335,26 +339,16 @@ class LineJoining:
             fraction: of acceleration and jerk for the blend; the line gets what is left.
 
         Raises:
-            KinematicsError: if it does not keep the limits, or there is none.
+            KinematicsError: if there is none.
         """
-        way = yield from self._blending(state, builder, limits, fraction)
-        return (yield from way.plan())
-
-    def _blending(
-        self, state: SliderState, builder: LimitedLineBuilder, limits: SliderLimits, fraction: float
-    ) -> Interruptible[WayOnto]:
-        """Return the way with a blend that gets a ``fraction`` of acceleration and jerk."""
-        entry = self._entry.moving(state, builder, limits, fraction)
+        entry = self._entry.moving(state, builder.line, limits, fraction)
         yield
         entry = yield from _limited(entry, builder)
         check_length(entry.blend, state, limits, LONGEST_MOVE_BLEND)
         parametrisation = parametrise(entry.line, limits, NORM, limits.platform_speed)
         factors = MovingFactors(1.0 - fraction, 1.0)
         phases = self._timing.phases(entry, parametrisation, factors)
-
-        def plan() -> Interruptible[LinePlan]:
-            return (yield from self._adapted(entry, parametrisation, factors, limits))
-
+        plan = partial(self._adapted, entry, parametrisation, factors, limits)
         return WayOnto(entry, total_duration(phases), plan)
 
     def _delaying(
@@ -367,16 +361,12 @@ class LineJoining:
         assert entry.blend is not None
         braking = entry.blend.duration
         expected = max(float(undelayed.times[-1]) + delay * braking, braking)
-
-        def plan() -> Interruptible[LinePlan]:
-            return (yield from _delayed(entry, undelayed, delay, limits))
-
-        return WayOnto(entry, expected, plan)
+        return WayOnto(entry, expected, partial(_delayed, entry, undelayed, delay, limits))
 
     def _gentle(
         self,
         state: SliderState,
-        builder: LimitedLineBuilder,
+        builder: LineBuilder,
         limits: SliderLimits,
         hard: Entry,
         undelayed: TimeScaling,
@@ -398,7 +388,7 @@ class LineJoining:
         expected = max(GENTLY_SLOWER * float(undelayed.times[-1]), braking)
 
         def plan() -> Interruptible[LinePlan]:
-            entry = self._entry.resting(state, builder, limits, fraction)
+            entry = self._entry.resting(state, builder.line, limits, fraction)
             entry = yield from _limited(entry, builder)
             yield
             scaling = yield from self._timing.from_rest(entry.line, limits)

@@ -26,7 +26,7 @@ from tri_glide_kinematics.motion.trajectory import (
     bounds_along,
     evaluate,
     first_of,
-    knots_with_blend,
+    knots,
     lasting,
     merged,
     rest_to_rest,
@@ -34,7 +34,6 @@ from tri_glide_kinematics.motion.trajectory import (
     total_duration,
     with_knots_of,
 )
-from tri_glide_kinematics.motion.trajectory.knots import knots
 from tri_glide_kinematics.vectors import FloatArray
 
 # The path parametrisation of moves to a target. A motion from rest begins with all the jerk of the
@@ -65,7 +64,7 @@ class MovingFactors(NamedTuple):
 
 
 class LineTiming:
-    """Finds time scalings of moves and brakings; keeps nothing of a motion."""
+    """Finds time scalings of moves, jogs and brakings; keeps nothing of a motion."""
 
     def __init__(self) -> None:
         """Prepare ruckig."""
@@ -138,8 +137,8 @@ class LineTiming:
         shortest = shortest_piece(
             float(parametrisation.coordinates[-1]), float(parametrisation.accelerations.min())
         )
-        times = knots_with_blend(phases, PIECES, shortest, entry.blend)
-        scaling = parametrisation.time_scaling(evaluate(phases, initial, times))
+        times = with_knots_of(knots(phases, PIECES, shortest), entry.blend, shortest)
+        scaling = parametrisation.time_scaling(evaluate(phases, initial, np.array(times)))
         return scaling.with_ends((0.0, entry.speed, entry.acceleration), entry.line.length)
 
     def phases(
@@ -197,15 +196,8 @@ class LineTiming:
             PlanningError: if none is found.
         """
         line, speed, acceleration, blend = entry
-        scaling = TimeScaling(
-            *hardest_braking(
-                lambda ways: line.derivatives(ways).heights[1:],
-                (0.0, speed, acceleration),
-                limits,
-                fraction=fraction,
-                longest=longest,
-            )
-        )
+        start = (0.0, speed, acceleration)
+        scaling = hardest_braking(line, start, limits, fraction=fraction, longest=longest)
         if blend is None:
             return scaling
         times = scaling.times.tolist()
@@ -213,6 +205,63 @@ class LineTiming:
         if blend.duration > times[-1] + shortest:
             times.append(blend.duration)
         return scaling.with_knots(np.array(with_knots_of(times, blend, shortest)))
+
+    def jog(
+        self, entry: Entry, parametrisation: PathParametrisation, factors: JogFactors
+    ) -> TimedJog:
+        """Return the time scaling that continues ``entry`` up to the end of its line.
+
+        Each ramp looks at the slider limits along its own part of the line, as these differ much
+        between the middle of the workspace and its edge.
+
+        Args:
+            entry: line, speed and acceleration at its start, and blend.
+            parametrisation: of the line, with the speed of the platform as one of its limits.
+            factors: fractions of the limits that are used.
+
+        Raises:
+            PlanningError: if ruckig finds none, or none that ends soon.
+        """
+        initial = parametrisation.start(entry.speed, entry.acceleration)
+        target = float(parametrisation.coordinates[-1])
+        rate = factors.speed
+        acceleration, jerk = parametrisation.ramp_limits(max(rate, initial[1]), at_end=False)
+        begin_limits = ([rate], [factors.begin * acceleration], [factors.begin * jerk])
+        end_acceleration, end_jerk = parametrisation.ramp_limits(rate, at_end=True)
+        end_limits = ([rate], [factors.end * end_acceleration], [factors.end * end_jerk])
+        (phases,) = self._ruckig.to_velocity([rate], [initial[1]], [initial[2]], begin_limits)
+        state = initial
+        for duration, phase_jerk in phases:
+            state = after(duration, *state, phase_jerk)
+        ramp = rate * (rate / end_limits[1][0] + end_limits[1][0] / end_limits[2][0])
+        if state[0] + ramp < target:
+            steady_from = total_duration(phases)
+            (ending,) = self._ruckig.to_rest_at([target], [state[0]], [rate], [0.0], end_limits)
+        else:
+            # There is no room to become steady: one motion, with the limits of all of the line.
+            fraction = min(factors.begin, factors.end)
+            whole = (
+                [rate],
+                [fraction * float(parametrisation.accelerations.min())],
+                [fraction * float(parametrisation.jerks.min())],
+            )
+            steady_from, phases = 0.0, []
+            (ending,) = self._ruckig.to_rest_at([target], [0.0], [initial[1]], [initial[2]], whole)
+        # The last three phases of ruckig are the ramp to rest.
+        steady_until = steady_from + total_duration(ending[:-3])
+        phases = [*phases, *ending]
+        if total_duration(phases) > GIVEN_UP_AFTER:
+            raise PlanningError("the way to the edge would take hours")
+        phases = lasting(phases, entry.blend)
+        shortest = shortest_piece(target, acceleration)
+        # Steady motion takes most of the time; knots are needed where the line changes.
+        passed = steady_from + (parametrisation.coordinates - state[0]) / rate
+        steady = (passed > steady_from) & (passed < steady_until)
+        times = merged(knots(phases, JOG_PIECES, shortest), passed[steady].tolist(), shortest)
+        times = with_knots_of(times, entry.blend, shortest)
+        scaling = parametrisation.time_scaling(evaluate(phases, initial, np.array(times)))
+        scaling = scaling.with_ends((0.0, entry.speed, entry.acceleration), entry.line.length)
+        return TimedJog(scaling, steady_from, steady_until)
 
 
 # A jog is to have its full speed in the middle of the workspace. So the bends of the heights, which
@@ -277,69 +326,3 @@ def _excess(slowdowns: FloatArray) -> float:
     """Return the largest factor, with a margin, or 1 if there is none above 1."""
     largest = float(slowdowns.max(initial=0.0))
     return JOG_MARGIN * largest if largest > 1.0 + RELATIVE_ROUNDING else 1.0
-
-
-class JogTiming:
-    """Finds time scalings of jogs; keeps nothing of a motion."""
-
-    def __init__(self) -> None:
-        """Prepare ruckig."""
-        self._ruckig = RuckigPlanner(1)
-
-    def time_scaling(
-        self, entry: Entry, parametrisation: PathParametrisation, factors: JogFactors
-    ) -> TimedJog:
-        """Return the time scaling that continues ``entry`` up to the end of its line.
-
-        Each ramp looks at the slider limits along its own part of the line, as these differ much
-        between the middle of the workspace and its edge.
-
-        Args:
-            entry: line, speed and acceleration at its start, and blend.
-            parametrisation: of the line, with the speed of the platform as one of its limits.
-            factors: fractions of the limits that are used.
-
-        Raises:
-            PlanningError: if ruckig finds none, or none that ends soon.
-        """
-        initial = parametrisation.start(entry.speed, entry.acceleration)
-        target = float(parametrisation.coordinates[-1])
-        rate = factors.speed
-        acceleration, jerk = parametrisation.ramp_limits(max(rate, initial[1]), at_end=False)
-        begin_limits = ([rate], [factors.begin * acceleration], [factors.begin * jerk])
-        end_acceleration, end_jerk = parametrisation.ramp_limits(rate, at_end=True)
-        end_limits = ([rate], [factors.end * end_acceleration], [factors.end * end_jerk])
-        (phases,) = self._ruckig.to_velocity([rate], [initial[1]], [initial[2]], begin_limits)
-        state = initial
-        for duration, phase_jerk in phases:
-            state = after(duration, *state, phase_jerk)
-        ramp = rate * (rate / end_limits[1][0] + end_limits[1][0] / end_limits[2][0])
-        if state[0] + ramp < target:
-            steady_from = total_duration(phases)
-            (ending,) = self._ruckig.to_rest_at([target], [state[0]], [rate], [0.0], end_limits)
-        else:
-            # There is no room to become steady: one motion, with the limits of all of the line.
-            fraction = min(factors.begin, factors.end)
-            whole = (
-                [rate],
-                [fraction * float(parametrisation.accelerations.min())],
-                [fraction * float(parametrisation.jerks.min())],
-            )
-            steady_from, phases = 0.0, []
-            (ending,) = self._ruckig.to_rest_at([target], [0.0], [initial[1]], [initial[2]], whole)
-        # The last three phases of ruckig are the ramp to rest.
-        steady_until = steady_from + total_duration(ending[:-3])
-        phases = [*phases, *ending]
-        if total_duration(phases) > GIVEN_UP_AFTER:
-            raise PlanningError("the way to the edge would take hours")
-        phases = lasting(phases, entry.blend)
-        shortest = shortest_piece(target, acceleration)
-        # Steady motion takes most of the time; knots are needed where the line changes.
-        passed = steady_from + (parametrisation.coordinates - state[0]) / rate
-        steady = (passed > steady_from) & (passed < steady_until)
-        times = merged(knots(phases, JOG_PIECES, shortest), passed[steady].tolist(), shortest)
-        if entry.blend is not None:
-            times = with_knots_of(times, entry.blend, shortest)
-        scaling = parametrisation.time_scaling(evaluate(phases, initial, np.array(times)))
-        scaling = scaling.with_ends((0.0, entry.speed, entry.acceleration), entry.line.length)
-        return TimedJog(scaling, steady_from, steady_until)

@@ -14,21 +14,26 @@ from functools import partial
 from tri_glide_kinematics.checks import finite_vector, member
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.errors import SOUND
+from tri_glide_kinematics.motion.errors import SOUND, SliderLimitError
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves.line_entry import LineToEdge, LineToPosition
 from tri_glide_kinematics.motion.moves.line_moves import LinearMotion, LineJoining, found
-from tri_glide_kinematics.motion.moves.slider_moves import SliderMotion
 from tri_glide_kinematics.motion.moves.stopping import Candidate, Stopping, first_found, inside
 from tri_glide_kinematics.motion.shaped import planned_shaped
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import (
     CubicPlan,
     LinePlan,
+    RuckigPlanner,
     SequencePlan,
     StraightLine,
+    StraightPlan,
     Trajectory,
+    UsableParts,
+    checked,
     gentler,
+    kept,
+    total_duration,
 )
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace
@@ -40,12 +45,97 @@ JOG_BLEND_FRACTION_FROM_REST = 0.1
 # Targets closer than this are reached [m].
 REACHED = 1e-9
 
+# Makes a motion from rest in a state, inside a region.
+Onward = Callable[[SliderState, Workspace], Interruptible[Trajectory]]
+
 
 class MotionKind(Enum):
     """How the platform goes to a target."""
 
     SLIDER = "slider"
     LINEAR = "linear"
+
+
+class SliderMotion:
+    """Makes plans in slider space: sliders arrive together, and the path of the platform bends.
+
+    Ruckig gives the jerks. They are integrated, and every plan is compared with the limits.
+    """
+
+    def __init__(self) -> None:
+        """Prepare ruckig."""
+        self._ruckig = RuckigPlanner(3)
+        self._leader = RuckigPlanner(1)
+
+    def move(
+        self, state: SliderState, heights: Vector3, limits: SliderLimits
+    ) -> Interruptible[CubicPlan]:
+        """Return the plan from ``state`` to rest at ``heights`` [m].
+
+        From rest the sliders keep the ratio of their ways, so that the path is a straight line
+        in slider space, whatever the limits; otherwise they only arrive at the same time.
+
+        Raises:
+            PlanningError: if there is none.
+            SliderLimitError: if it breaks a limit, because the state already leads to that.
+            AddedBoundError: if it breaks an added bound.
+        """
+        if state.velocities == AT_REST and state.accelerations == AT_REST:
+            plan = yield from self._from_rest(state, heights, limits)
+            try:
+                plan.check_sliders(limits)
+            except SliderLimitError as error:
+                # By ruckig's rounding.
+                plan = yield from self._from_rest(state, heights, limits, error.slowdown)
+                plan.check_sliders(limits)
+            return plan
+        bounds = (limits.velocity, limits.acceleration, limits.jerk)
+        plan = CubicPlan(state, self._ruckig.to_rest_at(heights, *state, bounds))
+        return (yield from checked(plan, limits))
+
+    def _from_rest(
+        self, state: SliderState, heights: Vector3, limits: SliderLimits, slowdown: float = 1.0
+    ) -> Interruptible[CubicPlan]:
+        """Return the fastest plan along the straight line in slider space to ``heights`` [m].
+
+        It takes ``slowdown`` times as long.
+
+        It keeps the added bounds; whether the sliders keep theirs is for the caller to check.
+
+        The slider with the longest way leads, under limits with which all keep theirs. (Ruckig can
+        be asked to synchronize the phases itself. If the limits of the sliders differ it often does
+        not, without an error, and the path bends.)
+
+        Raises:
+            PlanningError: if there is none.
+        """
+        w1, w2, w3 = (end - start for start, end in zip(state.heights, heights))
+        longest = max(w1, w2, w3, key=abs)
+        if longest == 0.0:
+            return CubicPlan(state, ((), (), ()))
+        ratios = (w1 / longest, w2 / longest, w3 / longest)
+        velocity, acceleration, jerk = (
+            min(bound / abs(ratio) for bound, ratio in zip(bounds, ratios) if ratio)
+            for bounds in (limits.velocity, limits.acceleration, limits.jerk)
+        )
+
+        def plan(usable: UsableParts) -> tuple[StraightPlan, float]:
+            """Return the plan with parts of the limits, and when it is fastest [s]."""
+            upwards, downwards = usable.rising * acceleration, usable.braking * acceleration
+            if longest < 0.0:
+                upwards, downwards = downwards, upwards
+            others = [downwards] if limits.added else None
+            bounds = [usable.velocity * velocity], [upwards], [jerk]
+            (phases,) = self._leader.to_rest_at(
+                [longest], [0.0], [0.0], [0.0], bounds, downwards=others
+            )
+            slower = slowdown * usable.slower
+            phases = [(slower * duration, each / slower**3) for duration, each in phases]
+            # Four phases of seven come after that.
+            fastest = total_duration(phases[:-4])
+            return StraightPlan(state.heights, ratios, phases), fastest
+
+        return (yield from kept(plan, limits))
 
 
 class MotionPlanner:
@@ -93,14 +183,17 @@ class MotionPlanner:
         onto = self._onto_line if self._kind is MotionKind.LINEAR else self._slider_move
         gentle = list(gentler(limits, state))
 
+        def onward(stopped: SliderState, region: Workspace) -> Interruptible[Trajectory]:
+            return self._move_from_rest(stopped, position, limits, region)
+
         def candidates() -> Iterator[Candidate]:
             for used in gentle:
                 yield partial(onto, state, position, used, region)
             for used in gentle:
                 for braking in self.stopping.candidates(state, used, region):
-                    yield partial(self._then_move, braking, position, limits)
+                    yield partial(self._then, braking, onward)
             if held is not None:
-                yield partial(self._move_after, held, position, limits)
+                yield partial(self._after, held, onward)
 
         return (yield from first_found(candidates()))
 
@@ -127,29 +220,26 @@ class MotionPlanner:
             KinematicsError: if there is no way, with the reason.
         """
         builder = LineToEdge(region, direction, speed)
-        if not moving:
-            return (yield from first_found(self._jogs_from_rest(state, builder, limits, speed)))
-        gentle = list(gentler(limits, state))
+
+        def onward(stopped: SliderState, region: Workspace) -> Interruptible[Trajectory]:
+            return self.jog(stopped, direction, speed, limits, region, moving=False)
 
         def candidates() -> Iterator[Candidate]:
+            if not moving:
+                for used in gentler(limits, state):
+                    fraction = JOG_BLEND_FRACTION_FROM_REST
+                    yield partial(self._lines.jog, state, builder, used, fraction, speed)
+                return
+            gentle = list(gentler(limits, state))
             for used in gentle:
                 for fraction in JOG_BLEND_FRACTIONS:
                     jog = partial(self._lines.jog, state, builder, used, fraction, speed)
                     yield partial(self._blended, jog, used, region)
             for used in gentle:
                 for braking in self.stopping.candidates(state, used, region):
-                    yield partial(self._then_jog, braking, direction, limits, speed)
+                    yield partial(self._then, braking, onward)
 
         return (yield from first_found(candidates()))
-
-    def _jogs_from_rest(
-        self, state: SliderState, builder: LineToEdge, limits: SliderLimits, speed: float
-    ) -> Iterator[Candidate]:
-        """Yield jogs from rest, with lower accelerations where forces are bounded."""
-        for used in gentler(limits, state):
-            yield partial(
-                self._lines.jog, state, builder, used, JOG_BLEND_FRACTION_FROM_REST, speed
-            )
 
     def region(self, state: SliderState, region_of_motion: Workspace | None = None) -> Workspace:
         """Return where the platform may be on a way that begins at ``state``.
@@ -196,30 +286,14 @@ class MotionPlanner:
             return (yield from self._lines.kept_from_rest(line, limits))
         return self._lines.from_rest(line, limits)
 
-    def _then_move(
-        self, braking: Candidate, position: Vector3, limits: SliderLimits
-    ) -> Interruptible[Trajectory]:
-        """Return a braking and then the move from where it rests."""
-        first = yield from braking()
-        return (yield from self._move_after(first, position, limits))
+    def _then(self, braking: Candidate, onward: Onward) -> Interruptible[Trajectory]:
+        """Return a braking and then the motion from where it rests."""
+        return (yield from self._after((yield from braking()), onward))
 
-    def _move_after(
-        self, first: Trajectory, position: Vector3, limits: SliderLimits
-    ) -> Interruptible[Trajectory]:
-        """Return the plan ``first`` and then the move from where it rests."""
+    def _after(self, first: Trajectory, onward: Onward) -> Interruptible[Trajectory]:
+        """Return the plan ``first`` and then the motion from where it rests."""
         stopped = first.at(first.duration)
-        region = self.region(stopped)
-        second = yield from self._move_from_rest(stopped, position, limits, region)
-        return SequencePlan((first, second))
-
-    def _then_jog(
-        self, braking: Candidate, direction: Vector3, limits: SliderLimits, speed: float
-    ) -> Interruptible[Trajectory]:
-        """Return a braking and then the jog from where it rests."""
-        first = yield from braking()
-        stopped = first.at(first.duration)
-        region = self.region(stopped)
-        second = yield from self.jog(stopped, direction, speed, limits, region, moving=False)
+        second = yield from onward(stopped, self.region(stopped))
         return SequencePlan((first, second))
 
     def _slider_move(

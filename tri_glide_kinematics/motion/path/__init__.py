@@ -6,12 +6,6 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.arc_length import ArcLength as ArcLength
-    from tri_glide_kinematics.motion.path.checked_numbers import LARGEST_ANGLE as LARGEST_ANGLE
-    from tri_glide_kinematics.motion.path.checked_numbers import LARGEST_PLACE as LARGEST_PLACE
-    from tri_glide_kinematics.motion.path.checked_numbers import LARGEST_SPEED as LARGEST_SPEED
-    from tri_glide_kinematics.motion.path.checked_numbers import LEAST_SPEED as LEAST_SPEED
-    from tri_glide_kinematics.motion.path.checked_numbers import MOST_SEGMENTS as MOST_SEGMENTS
-    from tri_glide_kinematics.motion.path.checked_numbers import check_count as check_count
     from tri_glide_kinematics.motion.path.corners import ShapedCorners as ShapedCorners
     from tri_glide_kinematics.motion.path.driven_path import DrivenPath as DrivenPath
     from tri_glide_kinematics.motion.path.errors import ApartError as ApartError
@@ -23,23 +17,22 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.errors import SegmentError as SegmentError
     from tri_glide_kinematics.motion.path.errors import ShortSegmentError as ShortSegmentError
     from tri_glide_kinematics.motion.path.errors import TooManySegmentsError as TooManySegmentsError
-    from tri_glide_kinematics.motion.path.flat_path import PLACE_OF_ANGLE as PLACE_OF_ANGLE
-    from tri_glide_kinematics.motion.path.flat_path import FlatPath as FlatPath
-    from tri_glide_kinematics.motion.path.flat_path import SegmentKind as SegmentKind
-    from tri_glide_kinematics.motion.path.flat_path import polyline_from as polyline_from
-    from tri_glide_kinematics.motion.path.number_sets import are_among as are_among
-    from tri_glide_kinematics.motion.path.number_sets import distinct as distinct
-    from tri_glide_kinematics.motion.path.piecewise_path import Indices as Indices
     from tri_glide_kinematics.motion.path.place_check import check_place as check_place
     from tri_glide_kinematics.motion.path.place_check import clearances as clearances
+    from tri_glide_kinematics.motion.path.platform_path import PLACE_OF_ANGLE as PLACE_OF_ANGLE
+    from tri_glide_kinematics.motion.path.platform_path import FlatPath as FlatPath
     from tri_glide_kinematics.motion.path.platform_path import PlatformPath as PlatformPath
+    from tri_glide_kinematics.motion.path.platform_path import SegmentKind as SegmentKind
+    from tri_glide_kinematics.motion.path.platform_path import polyline_from as polyline_from
     from tri_glide_kinematics.motion.path.polylines import PathPolylines as PathPolylines
     from tri_glide_kinematics.motion.path.polylines import polylines_of as polylines_of
+    from tri_glide_kinematics.motion.path.segments import LARGEST_ANGLE as LARGEST_ANGLE
+    from tri_glide_kinematics.motion.path.segments import LARGEST_PLACE as LARGEST_PLACE
+    from tri_glide_kinematics.motion.path.segments import LARGEST_SPEED as LARGEST_SPEED
+    from tri_glide_kinematics.motion.path.segments import LEAST_SPEED as LEAST_SPEED
+    from tri_glide_kinematics.motion.path.segments import MOST_SEGMENTS as MOST_SEGMENTS
     from tri_glide_kinematics.motion.path.segments import SHORTEST as SHORTEST
     from tri_glide_kinematics.motion.path.segments import Segments as Segments
-    from tri_glide_kinematics.motion.path.segments import arc_about as arc_about
-    from tri_glide_kinematics.motion.path.segments import arc_through as arc_through
-    from tri_glide_kinematics.motion.path.segments import joined as joined
-    from tri_glide_kinematics.motion.path.segments import line as line
+    from tri_glide_kinematics.motion.path.segments import check_count as check_count
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -8,9 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.vectors import FloatArray
-
-Indices = NDArray[np.intp]
+from tri_glide_kinematics.vectors import FloatArray, Indices
 
 # Nodes of the rule for spans on which the derivative of the curve changes by less than this.
 RULES = ((0.05, 3), (0.3, 6), (1.0, 12), (np.inf, 32))

@@ -27,7 +27,6 @@ from tri_glide_kinematics.interruptible import (
     indices_of,
 )
 from tri_glide_kinematics.motion.path.arc_length import ArcLength, integrals, rules_for
-from tri_glide_kinematics.motion.path.checked_numbers import check_count
 from tri_glide_kinematics.motion.path.corners import (
     LEAST_RATE,
     MAX_ROUNDS,
@@ -45,9 +44,9 @@ from tri_glide_kinematics.motion.path.corners import (
     widths_of,
 )
 from tri_glide_kinematics.motion.path.errors import ApartError
-from tri_glide_kinematics.motion.path.piecewise_path import Indices, PiecewisePath
-from tri_glide_kinematics.motion.path.segments import JOINED_WITHIN, Segments, joined
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.motion.path.piecewise_path import PiecewisePath
+from tri_glide_kinematics.motion.path.segments import JOINED_WITHIN, Segments, check_count, joined
+from tri_glide_kinematics.vectors import FloatArray, Indices
 from tri_glide_kinematics.wording import number_text
 
 # Places in a span at which it is looked for where the way driven is too short.

@@ -11,13 +11,11 @@ from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.motion.path.corners import lengths_of
 from tri_glide_kinematics.motion.path.segments import Segments
-from tri_glide_kinematics.vectors import FloatArray
-
-Indices = NDArray[np.intp]
+from tri_glide_kinematics.vectors import FloatArray, Indices
 
 
 class SpanBounds(NamedTuple):

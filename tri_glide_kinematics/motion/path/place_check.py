@@ -24,15 +24,14 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.errors import PathPlaceError
-from tri_glide_kinematics.motion.path.number_sets import distinct
 from tri_glide_kinematics.tri_glide import (
     ball_that_keeps,
     extreme_singular_values_batch,
     jacobian_rows,
 )
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.wording import vector_text
-from tri_glide_kinematics.workspace import ROUNDING, TOLERANCE, Bound, Disc, Face, Workspace
+from tri_glide_kinematics.workspace import ROUNDING, TOLERANCE, Workspace, slacks
 
 
 class Clearances(NamedTuple):
@@ -76,24 +75,10 @@ def clearances(workspace: Workspace, places: FloatArray) -> Clearances:
         )
         farthest = distances + radius
         gain = (lengths / np.sqrt((lengths - farthest) * (lengths + farthest))).max(axis=0)
-    lower = np.array([end.bound for end in bounds.travel[:3]])
-    upper = np.array([end.bound for end in bounds.travel[3:]])
-    travel = np.minimum(heights - lower, upper - heights).min(axis=1)
-    slack = np.full(len(places), np.inf)
-    for shape in bounds.shapes:
-        np.minimum(slack, shape.side * (shape.bound - _values(shape, places)), out=slack)
+    travel, slack = bounds.travel_slacks(heights), slacks(bounds.shapes, places)
     # Not a number is not inside, either.
     inside = kept & (slack >= -ROUNDING) & (travel >= -ROUNDING)
     return Clearances(inside, radius, slack, travel, gain, slope)
-
-
-def _values(shape: Bound, places: FloatArray) -> FloatArray:
-    """Return the quantity that a shape bounds. Shape (n,) [m]."""
-    if isinstance(shape, Face):
-        return places[:, shape.axis]
-    if isinstance(shape, Disc):
-        return np.asarray(np.hypot(places[:, 0] - shape.x, places[:, 1] - shape.y))
-    return np.array([shape.value(tuple(place)) for place in places.tolist()])
 
 
 # The first places are so far apart [m].
@@ -118,20 +103,15 @@ def check_place(
     Raises:
         PathPlaceError: with the segment, the place, and what the workspace says of it.
     """
-    ways = _first_ways(driven, min(max(start, 0.0), driven.length))
+    start = min(max(start, 0.0), driven.length)
+    count = max(int(np.ceil((driven.length - start) / FIRST_PLACES_APART)), 1)
+    even = np.linspace(start, driven.length, count + 1)
+    ways = ascending(np.append(even, driven.stops[driven.stops > start]))
     part = driven.spans_of(ways) // CHECKED_SPANS + np.arange(len(ways)) // INTERVALS
     heads = np.flatnonzero(np.diff(part, prepend=-1))
     for first, last in zip(heads, (*heads[1:], len(ways) - 1)):
         yield
         yield from _check_between(driven, workspace, ways[first : last + 1])
-
-
-def _first_ways(driven: DrivenPath, start: float) -> FloatArray:
-    """Return programmed ways, among them all stops, from ``start`` on. Shape (n,) [m]."""
-    count = max(int(np.ceil((driven.length - start) / FIRST_PLACES_APART)), 1)
-    even = np.linspace(start, driven.length, count + 1)
-    stops = driven.stops[driven.stops > start]
-    return distinct(even, stops)
 
 
 def _check_between(

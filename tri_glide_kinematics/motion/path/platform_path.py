@@ -1,35 +1,51 @@
-"""A path of the platform, put together segment by segment."""
+"""A path of the platform, put together segment by segment, or out of flat arrays of numbers.
+
+Messages and programs carry such arrays: they are checked at once, and the path is made in pieces.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from math import dist
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from tri_glide_kinematics.checks import array_of_shape, finite
-from tri_glide_kinematics.interruptible import Interruptible, Kept, at_once
-from tri_glide_kinematics.motion.path.checked_numbers import (
-    LARGEST_ANGLE,
-    coordinate_of,
-    place_of,
-    points_of,
-    speed_of,
-    tolerance_of,
-)
+from tri_glide_kinematics.checks import array_of_shape, finite, finite_array
+from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
+from tri_glide_kinematics.interruptible import Interruptible, Kept, at_once, blocks
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.errors import ApartError, EmptyPathError
+from tri_glide_kinematics.motion.path.errors import (
+    ApartError,
+    EmptyPathError,
+    PathError,
+    SegmentError,
+)
 from tri_glide_kinematics.motion.path.segments import (
     JOINED_WITHIN,
+    LARGEST_ANGLE,
+    LARGEST_PLACE,
+    LARGEST_SPEED,
+    LEAST_SPEED,
+    SHORTEST,
     Segment,
     Segments,
     arc_about,
     arc_through,
+    check_coordinates,
+    check_count,
     collected,
+    coordinate_of,
     joined,
     line,
+    place_of,
+    points_of,
     polyline,
+    speed_of,
+    tolerance_of,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import vector_text
@@ -200,7 +216,7 @@ class PlatformPath:
         """
         before, after = self.segments, other.segments
         start = after.points[0].tolist()
-        distance = dist(self.end, start)
+        distance = math.dist(self.end, start)
         if not distance <= JOINED_WITHIN:
             raise ApartError(self.end, start, distance, JOINED_WITHIN)
         return PlatformPath.of_segments(at_once(joined((before, after))))
@@ -302,3 +318,296 @@ class PlatformPath:
                 added = []
         if not self.count:
             raise EmptyPathError(self.end)
+
+
+# Shorter runs of lines are made one by one.
+SHORTEST_RUN = 16
+
+# Number of lines, and of points, that are worked on together.
+LINES_TOGETHER = 2000
+
+# Number of segments, made one by one, that are put into arrays together.
+SINGLES_TOGETHER = 32
+
+
+class SegmentKind(IntEnum):
+    """What the numbers of a segment mean."""
+
+    LINE = 0
+    ARC_THROUGH = 1
+    ARC_ABOUT = 2
+    HELIX_ABOUT = 3
+
+
+# How many numbers each takes: an end; a point between and an end; a centre, an axis and an angle;
+# these and a rise along the axis.
+SIZES = np.array((3, 6, 7, 8))
+PLACE_OF_ANGLE = 6
+
+
+@dataclass(frozen=True, eq=False)
+class FlatPath:
+    """Segments as numbers.
+
+    Attributes:
+        kinds: Shape (n,).
+        numbers: of all segments, one after the other [m], [rad].
+        offsets: of the first number of each segment. Shape (n,).
+        tolerances: Shape (n,) [m].
+        speeds: infinite for none. Shape (n,) [m/s].
+    """
+
+    kinds: NDArray[np.uint8]
+    numbers: FloatArray
+    offsets: NDArray[np.int64]
+    tolerances: FloatArray
+    speeds: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        kinds: ArrayLike,
+        numbers: ArrayLike,
+        tolerances: ArrayLike,
+        speeds: ArrayLike,
+        default_tolerance: float,
+    ) -> FlatPath:
+        """Return the segments, if their numbers can be those of a path.
+
+        Args:
+            kinds: of ``SegmentKind``. Shape (n,).
+            numbers: as many as the kinds need [m], [rad].
+            tolerances: of the joints at the ends; one for each segment, one for all, or none [m].
+            speeds: of the platform; one for each segment, one for all, or none; 0 is none [m/s].
+            default_tolerance: where none is given [m].
+
+        Raises:
+            PathError: if there is no segment, or one of a kind that is unknown, or too many.
+            WrongShapeError: if there are too many or too few numbers.
+            NotFiniteError: if a number is NaN or infinite.
+            OutOfBoundsError: if a number is too large, or a tolerance or a speed negative.
+        """
+        codes = np.asarray(kinds, dtype=np.uint8)
+        count = len(codes)
+        if not count:
+            raise PathError("the path has 0 segments, at least 1")
+        check_count(count)
+        if codes.max() >= len(SIZES):
+            index = int((codes >= len(SIZES)).argmax())
+            raise SegmentError(index, f"has kind {codes[index]}, at most {len(SIZES) - 1}")
+        offsets = np.zeros(count + 1, dtype=np.int64)
+        np.cumsum(SIZES[codes], out=offsets[1:])
+        values = np.asarray(numbers, dtype=np.float64)
+        if len(values) != offsets[-1]:
+            shape = f"({offsets[-1]},) for the kinds of {count} segments"
+            raise WrongShapeError("numbers", values.shape, shape)
+        _check_numbers(codes, values, offsets)
+        given_speeds = _checked("speeds", speeds, count, LARGEST_SPEED, "m/s")
+        slow = (given_speeds > 0.0) & (given_speeds < LEAST_SPEED)
+        if slow.any():
+            index = int(slow.argmax())
+            bound = f"0, or at least {LEAST_SPEED:g}"
+            raise OutOfBoundsError(f"speeds[{index}]", float(given_speeds[index]), bound, "m/s")
+        given_tolerances = _checked("tolerances", tolerances, count, LARGEST_PLACE, "m")
+        return cls(
+            codes,
+            values,
+            offsets[:-1],
+            _of_each(given_tolerances, count, default_tolerance),
+            _of_each(np.where(given_speeds > 0.0, given_speeds, math.inf), count, math.inf),
+        )
+
+    def __len__(self) -> int:
+        """Return the number of segments."""
+        return len(self.kinds)
+
+    def part(self, first: int, end: int) -> FlatPath:
+        """Return the segments from ``first`` on, up to the one before ``end``."""
+        begin = int(self.offsets[first])
+        stop = int(self.offsets[end]) if end < len(self) else len(self.numbers)
+        return FlatPath(
+            self.kinds[first:end],
+            self.numbers[begin:stop],
+            self.offsets[first:end] - begin,
+            self.tolerances[first:end],
+            self.speeds[first:end],
+        )
+
+    def start_of(self, segment: int, start: Vector3) -> Vector3:
+        """Return where a ``segment`` begins [m], if the path begins at ``start`` [m].
+
+        Raises:
+            SegmentError: if an arc before it is none.
+        """
+        # An arc or helix about an axis does not name its end, all others do.
+        known = segment
+        while known and self.kinds[known - 1] >= SegmentKind.ARC_ABOUT:
+            known -= 1
+        here = start
+        if known:
+            end = int(self.offsets[known - 1] + SIZES[self.kinds[known - 1]])
+            here = _vector(self.numbers[end - 3 : end])
+        for number in range(known, segment):
+            here = self._single(number, here).end
+        return here
+
+    def path_from(self, start: Vector3) -> Interruptible[PlatformPath]:
+        """Return the path that begins at ``start`` [m].
+
+        Raises:
+            SegmentError: if a segment has no length, or its numbers determine no arc.
+        """
+        is_line = len(self) > 1 and self.kinds[0] == SegmentKind.LINE
+        if is_line and math.dist(start, _vector(self.numbers[:3])) < SHORTEST:
+            # A first point taken from a measurement is a little beside the setpoint.
+            return self.part(1, len(self)).path_from(_vector(self.numbers[:3]))
+        return PlatformPath.of_parts(self._parts(start))
+
+    def _parts(self, start: Vector3) -> Iterator[Segments]:
+        """Yield some segments after the other."""
+        turns = np.flatnonzero(np.diff(self.kinds != SegmentKind.LINE)) + 1
+        bounds = [0, *turns.tolist(), len(self)]
+        singles: list[Segment] = []
+        begin = here = start
+        for first, last in itertools.pairwise(bounds):
+            if self.kinds[first] == SegmentKind.LINE and last - first >= SHORTEST_RUN:
+                if singles:
+                    yield collected(begin, singles)
+                    singles = []
+                for some in blocks(last - first, LINES_TOGETHER):
+                    lines = self._lines(first + some.start, first + some.stop, here)
+                    begin = here = _vector(lines.points[-1])
+                    yield lines
+                continue
+            for number in range(first, last):
+                singles.append(self._single(number, here))
+                here = singles[-1].end
+                if len(singles) == SINGLES_TOGETHER:
+                    yield collected(begin, singles)
+                    singles, begin = [], here
+        if singles:
+            yield collected(begin, singles)
+
+    def _lines(self, first: int, last: int, start: Vector3) -> Segments:
+        """Return segments that are all lines."""
+        offset = int(self.offsets[first])
+        ends = self.numbers[offset : offset + 3 * (last - first)].reshape(-1, 3)
+        points = np.concatenate((np.array([start]), ends))
+        return polyline(points, self.tolerances[first:last], self.speeds[first:last], first)
+
+    def _single(self, number: int, start: Vector3) -> Segment:
+        kind = int(self.kinds[number])
+        offset = int(self.offsets[number])
+        given = self.numbers[offset : offset + int(SIZES[kind])].tolist()
+        bounds = float(self.tolerances[number]), float(self.speeds[number])
+        first = _vector(given[:3])
+        if kind == SegmentKind.LINE:
+            return line(number, start, first, *bounds)
+        second = _vector(given[3:6])
+        if kind == SegmentKind.ARC_THROUGH:
+            return arc_through(number, start, first, second, *bounds)
+        angle, *rise = given[PLACE_OF_ANGLE:]
+        return arc_about(number, start, first, second, angle, *bounds, *rise)
+
+
+def polyline_from(
+    start: Vector3, points: FloatArray, tolerance: float
+) -> Interruptible[PlatformPath]:
+    """Return the polyline from ``start`` [m] through ``points``; repeated ones count once.
+
+    Args:
+        start: Shape (3,) [m].
+        points: Shape (n, 3) [m].
+        tolerance: of all joints [m].
+
+    Raises:
+        PathError: if all points are at the start.
+        NotFiniteError: if a number is NaN or infinite.
+        OutOfBoundsError: if a number is too large.
+        ShortSegmentError: if points are the same though none is that of the one before it.
+        TooManySegmentsError: if there are too many points.
+    """
+    return PlatformPath.of_parts(_lines_through(start, points, tolerance))
+
+
+def _lines_through(start: Vector3, points: FloatArray, tolerance: float) -> Iterator[Segments]:
+    """Yield the lines from ``start`` through some ``points`` after the other."""
+    check_count(len(points))
+    end = before = np.array([start])
+    check_coordinates(end, 0)
+    limit = tolerance_of(0, tolerance)
+    count = 0
+    for some in blocks(len(points), LINES_TOGETHER):
+        places = points[some]
+        check_coordinates(places, some.start + 1)
+        steps = np.diff(places, axis=0, prepend=before)
+        before = places[-1:]
+        new = np.concatenate(
+            (
+                end,
+                places[np.einsum("ij,ij->i", steps, steps) >= SHORTEST * SHORTEST],
+            )
+        )
+        if len(new) > 1:
+            yield polyline(new, limit, number=count)
+            count += len(new) - 1
+            end = new[-1:]
+    if not count:
+        raise PathError("the path has 0 segments, at least 1: all its points are where it begins")
+
+
+def _check_numbers(
+    kinds: NDArray[np.uint8], numbers: FloatArray, offsets: NDArray[np.int64]
+) -> None:
+    """Check that all numbers are finite and not too large.
+
+    It goes from block to block, as fresh memory for a million segments takes longer than the check.
+
+    Args:
+        kinds: Shape (n,).
+        numbers: of all segments.
+        offsets: of the first number of each segment, and of the end. Shape (n + 1,).
+    """
+    for some in blocks(len(kinds)):
+        firsts = offsets[some]
+        begin, end = int(firsts[0]), int(offsets[some.stop])
+        part = numbers[begin:end]
+        largest = np.full(len(part), LARGEST_PLACE)
+        angles = firsts[kinds[some] >= SegmentKind.ARC_ABOUT] + PLACE_OF_ANGLE
+        largest[angles - begin] = LARGEST_ANGLE
+        bad = ~(np.abs(part) <= largest)
+        if bad.any():
+            index = int(bad.argmax())
+            segment = int(np.searchsorted(offsets, begin + index, side="right"))
+            place = begin + index - int(offsets[segment - 1])
+            name = f"number {place + 1} of segment {segment}"
+            value = float(part[index])
+            if not math.isfinite(value):
+                raise NotFiniteError(name, value)
+            raise OutOfBoundsError(name, value, f"at most {largest[index]:g} in absolute value")
+
+
+def _checked(name: str, values: ArrayLike, count: int, largest: float, unit: str) -> FloatArray:
+    """Return a number for each of ``count`` segments, one for all of them, or none."""
+    given = finite_array(name, values, (None,))
+    if len(given) not in (0, 1, count):
+        shapes = "(1,) or (0,)" if count == 1 else f"({count},), (1,) or (0,)"
+        raise WrongShapeError(name, given.shape, shapes)
+    bad = ~((given >= 0.0) & (given <= largest))
+    if bad.any():
+        index = int(bad.argmax())
+        bound = f"at least 0 and at most {largest:g}"
+        raise OutOfBoundsError(f"{name}[{index}]", float(given[index]), bound, unit)
+    return given
+
+
+def _of_each(given: FloatArray, count: int, default: float) -> FloatArray:
+    """Return one number for each segment; one for all of them takes no memory."""
+    if len(given) == count:
+        return given.copy()
+    return np.broadcast_to(given[0] if len(given) else default, count)
+
+
+def _vector(values: FloatArray | Sequence[float]) -> Vector3:
+    x, y, z = map(float, values)
+    return x, y, z

@@ -5,17 +5,8 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.path_timing.grid import MOST_CELLS as MOST_CELLS
-    from tri_glide_kinematics.motion.path_timing.grid import MOST_PIECES as MOST_PIECES
-    from tri_glide_kinematics.motion.path_timing.interior_point import dpbtrf as dpbtrf
-    from tri_glide_kinematics.motion.path_timing.interior_point import dpbtrs as dpbtrs
     from tri_glide_kinematics.motion.path_timing.planner import PathPlanner as PathPlanner
-    from tri_glide_kinematics.motion.path_timing.planner import brake as brake
     from tri_glide_kinematics.motion.path_timing.planner import time_path as time_path
-    from tri_glide_kinematics.motion.path_timing.rest_map import RestMap as RestMap
-    from tri_glide_kinematics.motion.path_timing.speed_estimate import (
-        SHORTEST_CELL as SHORTEST_CELL,
-    )
     from tri_glide_kinematics.motion.path_timing.windows import plan_window as plan_window
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

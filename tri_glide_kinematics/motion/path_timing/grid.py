@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.limits import PathRows
-from tri_glide_kinematics.motion.path import distinct
 from tri_glide_kinematics.motion.path_timing.problem import CellHeights, CellLimits
 from tri_glide_kinematics.motion.path_timing.rest_map import REACH, RestMap
 from tri_glide_kinematics.motion.path_timing.speed_estimate import (
@@ -24,7 +23,7 @@ from tri_glide_kinematics.motion.path_timing.speed_estimate import (
     samples,
 )
 from tri_glide_kinematics.motion.trajectory import PathHeights
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, ascending
 
 BoolArray = NDArray[np.bool_]
 
@@ -216,7 +215,7 @@ def _cells(
     ends = np.concatenate(((0.0,), rest_map.parameters(kept_ways), (rest_map.span,)))
     # The density of cells over u, which is regular next to rest.
     marks_of_u = np.linspace(0.0, rest_map.span, 4 * SAMPLES + 1)
-    marks_of_u = distinct(marks_of_u, ends)
+    marks_of_u = ascending(np.concatenate((marks_of_u, ends)))
     before = np.interp(rest_map.derivatives(marks_of_u)[0], estimate.places, estimate.cells)
     pieces = np.interp(ends, marks_of_u, before)
     steps = np.diff(pieces)

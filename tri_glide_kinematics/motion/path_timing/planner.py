@@ -24,7 +24,6 @@ from tri_glide_kinematics.motion.path import (
     PlatformPath,
     ShapedCorners,
     check_place,
-    distinct,
 )
 from tri_glide_kinematics.motion.path_timing.grid import MOST_PIECES
 from tri_glide_kinematics.motion.path_timing.speed_estimate import (
@@ -39,19 +38,17 @@ from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
     PathHeights,
     PathPlan,
-    PathScaling,
     PathStart,
     RuckigPlanner,
     SequencePlan,
     Slowing,
-    TimeScaling,
     Trajectory,
     check_added,
     check_along,
     evaluate,
     total_duration,
 )
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.workspace import Workspace
 
 # Part above the speed that the path asks for to which a hard braking from that speed is checked, as
@@ -84,35 +81,7 @@ _COUNTED = (0.125, 0.5)
 _BRAKING_WAYS = (1.15, 1.6, 2.5, 4.0)
 
 
-def brake_hard(
-    curve: PathHeights, start: PathStart, limits: SliderLimits, longest: float
-) -> Interruptible[PathScaling]:
-    """Return the hardest braking along the path.
-
-    Args:
-        curve: the path.
-        start: where the motion is, inside all limits.
-        limits: of the sliders.
-        longest: time that it may take [s].
-
-    Raises:
-        MotionError: if it does not keep all limits, or takes longer.
-    """
-    scaling = TimeScaling(
-        *hardest_braking(
-            lambda ways: curve.derivatives(ways).heights[1:],
-            start,
-            limits,
-            until=_next_stop(curve, start.place),
-            longest=longest,
-        )
-    )
-    yield
-    check_along(curve, scaling, limits, above=_ABOVE_SPEED)
-    return PathScaling(scaling, np.inf)
-
-
-def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interruptible[PathScaling]:
+def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interruptible[PathPlan]:
     """Return a motion that comes to rest soon, along the path.
 
     Args:
@@ -131,7 +100,7 @@ def brake(curve: PathHeights, start: PathStart, limits: SliderLimits) -> Interru
         until = min(start.place + factor * shortest, stop)
         try:
             found = yield from plan_window(curve, start, limits, until=until)
-            return PathScaling(found.scaling, np.inf)
+            return PathPlan(curve, found.scaling)
         except MotionError:
             if until == stop:
                 break
@@ -298,10 +267,8 @@ class PathPlanner:
         Raises:
             PathTimingError: if none is found.
         """
-        start = PathStart(place, 0.0, 0.0)
-        planning = plan_window(heights, start, limits)
         with SOUND:
-            return PathPlan(heights, (yield from planning))
+            return (yield from plan_window(heights, PathStart(place, 0.0, 0.0), limits))
 
     def going_on(
         self, plan: PathPlan, heights: PathHeights, time: float, limits: SliderLimits
@@ -324,7 +291,7 @@ class PathPlanner:
                 # The held motion stays as fast, and so is no guess for one that slows down.
                 guess = held if curve.slowing is None else None
                 with SOUND:
-                    return PathPlan(curve, (yield from plan_window(curve, start, limits, guess)))
+                    return (yield from plan_window(curve, start, limits, guess))
             except PathTimingError as error:
                 refusal = error
                 yield
@@ -408,10 +375,13 @@ class PathPlanner:
         Raises:
             KinematicsError: if it does not keep all limits, or takes more than ``longest`` [s].
         """
-        start = plan.on_curve(time)
-        braking = brake_hard(plan.heights, start, limits, longest)
+        curve, start = plan.heights, plan.on_curve(time)
         with SOUND:
-            found = PathPlan(plan.heights, (yield from braking))
+            stop = _next_stop(curve, start.place)
+            scaling = hardest_braking(curve, start, limits, until=stop, longest=longest)
+            yield
+            check_along(curve, scaling, limits, above=_ABOVE_SPEED)
+            found = PathPlan(curve, scaling)
         # Its few pieces bound the speed only nearly.
         yield from check_added(found, limits)
         return found
@@ -426,10 +396,8 @@ class PathPlanner:
             return (yield from self.brake_hard(plan, time, limits, inf))
         except KinematicsError:
             yield
-        start = plan.on_curve(time)
-        braking = brake(plan.heights, start, limits)
         with SOUND:
-            return PathPlan(plan.heights, (yield from braking))
+            return (yield from brake(plan.heights, plan.on_curve(time), limits))
 
 
 def _shaped_corners(shaper: Shaper, limits: SliderLimits) -> ShapedCorners:
@@ -475,7 +443,7 @@ class _MotionAhead(NamedTuple):
             first = int(np.searchsorted(breaks, place, "right"))
             end = min(float(breaks[min(first + _BREAKS_AHEAD, len(breaks) - 1)]), stop)
             places = samples(place, end, breaks[first : int(np.searchsorted(breaks, end))])
-            places = distinct(places, 0.5 * (places[1:] + places[:-1]))
+            places = ascending(np.append(places, 0.5 * (places[1:] + places[:-1])))
             yield
             seen = heights.derivatives(places)
             yield
@@ -528,10 +496,9 @@ class _MotionAhead(NamedTuple):
         if stop > there or stop == self.places[-1]:
             speed = float(np.interp(time, self.times, self.speeds))
             start = PathStart(here, _PART_OF_SPEED * speed, 0.0)
-        planning = plan_window(self.heights, start, self.limits)
         try:
             with SOUND:
-                plan = PathPlan(self.heights, (yield from planning))
+                plan = yield from plan_window(self.heights, start, self.limits)
         except MotionError:
             return None
         since, until = (part * plan.duration for part in _COUNTED)

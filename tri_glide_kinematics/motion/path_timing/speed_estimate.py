@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.limits import PathPlaces, PathRows, SliderLimits
-from tri_glide_kinematics.motion.path import distinct
 from tri_glide_kinematics.motion.trajectory import HeightDerivatives, PathHeights
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, ascending
 
 BoolArray = NDArray[np.bool_]
 
@@ -77,7 +76,7 @@ def samples(begin: float, end: float, breaks: FloatArray) -> FloatArray:
     """Return places for an estimate, next to both ends as rest asks for. Shape (n,) [m]."""
     fill = np.linspace(begin, end, SAMPLES + 1)
     step = (fill[1] - begin) * _NEAR_REST
-    return distinct(fill, breaks, begin + step, end - step)
+    return ascending(np.concatenate((fill, breaks, begin + step, end - step)))
 
 
 def estimated(
@@ -114,7 +113,9 @@ def estimated(
         steady = np.minimum(steady, np.sqrt((acceleration / np.abs(second)).min(axis=0)))
         along = (acceleration / np.abs(first)).min(axis=0)
         if limits.added:
-            added = added_rows(heights, _by_way(places), limits, steady)
+            # The places are a parameter of themselves.
+            by_way = np.array((places, np.ones_like(places), np.zeros_like(places)))
+            added = added_rows(heights, by_way, limits, steady)
             steady = np.minimum(
                 steady, np.sqrt(1.0 / np.abs(added.squared).max(axis=0, initial=0.0))
             )
@@ -149,11 +150,6 @@ def estimated(
     ramp = jerk_along * until**3 / 6.0
     is_asked = speeds > _AS_ASKED * asked
     return SpeedEstimate(places, speeds, times / each, each, limits, ramp, is_asked)
-
-
-def _by_way(places: FloatArray) -> FloatArray:
-    """Return ``places`` as a parameter of themselves: value and two derivatives. Shape (3, n)."""
-    return np.array((places, np.ones_like(places), np.zeros_like(places)))
 
 
 def added_rows(

@@ -21,7 +21,6 @@ import numpy as np
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import PathTimingError, PlanningError
 from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, PathRows, SliderLimits
-from tri_glide_kinematics.motion.path_timing.first_guess import first_guess
 from tri_glide_kinematics.motion.path_timing.grid import (
     FIRST_PIECES,
     Cells,
@@ -48,11 +47,13 @@ from tri_glide_kinematics.motion.trajectory import (
     NO_BACKWARD_SPEED,
     Bounds,
     PathHeights,
-    PathScaling,
+    PathPlan,
     PathStart,
+    RuckigPlanner,
     TimeScaling,
     blocks,
     bounds_of,
+    evaluate,
     smooth_parts,
     with_added,
 )
@@ -248,6 +249,118 @@ def _narrowed(own: FloatArray, parts: FloatArray) -> FloatArray:
     return np.asarray(own * np.maximum(around, 0.5))
 
 
+# Part of the limits with which a motion is made slower in a guess.
+_GENTLE = 0.3
+
+# Part of the accelerations with which a guess gets faster and slower from place to place.
+_FLAT = 0.1
+
+# Steps of Newton's method from times between knots.
+_NEWTON_STEPS = 4
+
+# Next to the rest at the end of a window, where the way hardly depends on the parameter, a guess is
+# no larger than this multiple of the largest, and found with this slope at least.
+_MOST = 2.0
+_LEAST_SLOPE = 1e-6
+
+
+def first_guess(
+    curve: PathHeights,
+    grid: TimingGrid,
+    start: tuple[float, float, float],
+    limits: SliderLimits,
+    held: TimeScaling | None,
+) -> FloatArray:
+    """Return coefficients of a spline that is rather slow: near what steady speeds allow.
+
+    A motion that goes on becomes so slow first: as a held one does, or gently.
+
+    Args:
+        curve: the path.
+        grid: cells of the window.
+        start: place [m], speed [m/s] and acceleration [m/s^2].
+        limits: of the sliders.
+        held: a motion from the start to rest that keeps the limits, if there is one.
+    """
+    slow = _steady(grid)
+    count = len(grid.cells.parameters) - 1
+    if start[1] == 0.0:
+        return np.concatenate((slow[:1], slow, slow[-1:]))
+    slow = np.minimum(slow, start[1] ** 2)
+    if held is None:
+        held = _slowing(curve, start, float(slow.min()) ** 0.5, limits)
+    if held is None:
+        return np.concatenate((slow[:1], slow, slow[-1:]))
+    parameters = grid.cells.parameters
+    middles = grid.cells.rest_map.derivatives(0.5 * (parameters[1:] + parameters[:-1]))
+    slopes = np.concatenate((grid.cells.ways[1], middles[1]))
+    ways = np.concatenate((grid.cells.ways[0], middles[0]))
+    speeds = np.where(ways < held.ways[-1], _speeds(held, ways), 0.0)
+    fastest = _MOST * float(held.speeds.max()) ** 2
+    values = np.square(speeds / np.maximum(slopes, _LEAST_SLOPE))
+    floor = np.concatenate((slow, slow[-1:], slow))
+    values = np.maximum(np.minimum(values, fastest), floor)
+    ends, inside = values[: count + 1], values[count + 1 :]
+    # The control point that leads a quadratic through all three.
+    points = np.maximum(2.0 * inside - 0.5 * (ends[1:] + ends[:-1]), 0.5 * inside)
+    return np.concatenate((ends[:1], points, ends[-1:]))
+
+
+def _steady(grid: TimingGrid) -> FloatArray:
+    """Return a b that steady speeds allow, and that changes slowly. Shape (n,)."""
+    _, second, highest, lowest = grid.heights
+    third = np.maximum(np.abs(highest), np.abs(lowest))
+    acceleration, jerk, added = grid.limits[1:]
+    with np.errstate(divide="ignore"):
+        steady = np.minimum(
+            (acceleration / np.abs(second)).min(axis=(0, 1)),
+            np.square(np.cbrt((jerk / third).min(axis=(0, 1)))),
+        )
+        slopes = (acceleration / np.abs(grid.heights.first)).min(axis=(0, 1))
+        if len(added.squared):
+            steady = np.minimum(steady, 0.5 / np.abs(added.squared).max(axis=0))
+            slopes = np.minimum(slopes, 1.0 / np.abs(added.acceleration).max(axis=0))
+        slopes = 2.0 * _FLAT * slopes
+    steady = np.minimum(steady, grid.limits.squared_speed)
+    spans = np.diff(grid.cells.parameters)
+    # Next to rest the heights hardly depend on the parameter; no slope has to be so large there.
+    with np.errstate(divide="ignore"):
+        slopes = np.minimum(slopes, steady.max() / spans)
+    reach = np.cumsum(slopes * spans)
+    steady = np.minimum.accumulate(steady - reach) + reach
+    return np.asarray(np.minimum.accumulate((steady + reach)[::-1])[::-1] - reach)
+
+
+def _slowing(
+    curve: PathHeights, start: tuple[float, float, float], speed: float, limits: SliderLimits
+) -> TimeScaling | None:
+    """Return how a motion gets another ``speed`` [m/s], gently; None if ruckig finds no way."""
+    slopes = np.abs(curve.derivatives(np.array(start[:1])).heights[1, :, 0])
+    # A slider that rests for a moment, as where the platform passes its axis, bounds nothing.
+    with np.errstate(divide="ignore"):
+        _, acceleration, jerk = (_GENTLE * (limits.table / slopes).min(axis=1)).tolist()
+    bounds = ([1.0], [acceleration], [jerk])
+    try:
+        (phases,) = RuckigPlanner(1).to_velocity([speed], [start[1]], [start[2]], bounds)
+    except PlanningError:
+        return None
+    phases = [(duration, jerk) for duration, jerk in phases if duration > 1e-9]
+    if not phases:
+        return None
+    times = np.concatenate(((0.0,), np.cumsum([duration for duration, _ in phases])))
+    return TimeScaling(*evaluate(phases, start, times))
+
+
+def _speeds(scaling: TimeScaling, ways: FloatArray) -> FloatArray:
+    """Return the speeds of a ``scaling`` at ``ways`` [m]; behind its end, the last. Shape (n,)."""
+    times = np.interp(ways, np.maximum.accumulate(scaling.ways), scaling.times)
+    for _ in range(_NEWTON_STEPS):
+        way, speed, _ = scaling.evaluate(times)
+        times = times - (way - ways) / np.maximum(speed, 1e-3 * scaling.speeds.max())
+        times = np.clip(times, 0.0, scaling.times[-1])
+    return scaling.evaluate(times)[1]
+
+
 # A plan from rest is stretched to keep the limits if that costs less than this part of its time.
 _STRETCH = 0.001
 
@@ -267,7 +380,7 @@ def plan_window(
     limits: SliderLimits,
     held: TimeScaling | None = None,
     until: float = inf,
-) -> Interruptible[PathScaling]:
+) -> Interruptible[PathPlan]:
     """Return a motion to rest at the next stop, or as far as is looked ahead.
 
     Args:
@@ -368,7 +481,7 @@ def _bounds(
 
 def _from_rest(
     curve: PathHeights, grid: TimingGrid, start: PathStart, limits: SliderLimits
-) -> Interruptible[PathScaling]:
+) -> Interruptible[PathPlan]:
     """Return a motion from rest, stretched until it keeps all limits."""
     best: TimeScaling | None = None
     best_parts = np.zeros((3, 1))
@@ -394,7 +507,7 @@ def _from_rest(
         best = search.scaling.slower(search.slower * _ABOVE_ROUNDING)
         best_parts = search.parts
     best = yield from _certified(curve, best, limits)
-    return PathScaling(best, _continuation(best, best_parts, grid.cells.is_cut))
+    return PathPlan(curve, best, _continuation(best, best_parts, grid.cells.is_cut))
 
 
 def _certified(
@@ -420,14 +533,14 @@ def _in_motion(
     start: PathStart,
     limits: SliderLimits,
     held: TimeScaling | None,
-) -> Interruptible[PathScaling]:
+) -> Interruptible[PathPlan]:
     """Return a motion that goes on; it cannot be stretched."""
     search = TimingSearch(curve, grid, start, limits, held)
     for _ in range(_ROUNDS):
         yield from search.improve()
         if search.scaling is not None and search.slower <= 1.0:
-            scaling = search.scaling
-            return PathScaling(scaling, _continuation(scaling, search.parts, grid.cells.is_cut))
+            until = _continuation(search.scaling, search.parts, grid.cells.is_cut)
+            return PathPlan(curve, search.scaling, until)
         if not search.converged:
             break
     raise search.error()

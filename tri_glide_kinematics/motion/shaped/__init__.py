@@ -6,7 +6,7 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.shaped.bends import Bends as Bends
-    from tri_glide_kinematics.motion.shaped.path_driven import DrivenPart as DrivenPart
+    from tri_glide_kinematics.motion.shaped.bends import DrivenPart as DrivenPart
     from tri_glide_kinematics.motion.shaped.shaped import LimitBounds as LimitBounds
     from tri_glide_kinematics.motion.shaped.shaped import Planned as Planned
     from tri_glide_kinematics.motion.shaped.shaped import ShapedTrajectory as ShapedTrajectory

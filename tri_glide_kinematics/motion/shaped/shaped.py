@@ -39,7 +39,12 @@ from tri_glide_kinematics.motion.limits import (
     quartered,
     slider_state,
 )
-from tri_glide_kinematics.motion.shaped.path_driven import DrivenPart, PathDriven, path_driven
+from tri_glide_kinematics.motion.shaped.bends import (
+    DrivenPart,
+    PathDriven,
+    along_one_path,
+    path_driven,
+)
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
     LinePlan,
@@ -248,33 +253,25 @@ class ShapedTrajectory(Trajectory):
         Args:
             time: of the setpoint [s].
         """
-        # The parts of the path, and where the first of them begins on it.
-        first, begins_at = len(self.driven), 0.0
-        for part in reversed(self.driven):
-            plan = part.plan
-            if not isinstance(plan, PathPlan):
-                break
-            following = self._begins[first] - part.begin if first < len(self.driven) else inf
-            if following < inf and abs(plan.place(following + part.skipped) - begins_at) > APART:
-                break
-            first -= 1
-            begins_at = plan.place(part.skipped)
+        parts = along_one_path(self.driven, APART)
+        first = len(self.driven) - len(parts)
+        if not parts:
+            return 0.0
         mean = 0.0
         for amplitude, delay in self._impulses:
             before = time - delay
-            index = bisect_right(self._begins, before) - 1
-            place = begins_at
-            if index >= first:
-                begin, plan, skipped = self.driven[index]
-                assert isinstance(plan, PathPlan)
-                place = plan.place(max(before - begin, 0.0) + skipped)
-            mean += amplitude * place
+            # Before the first of these parts, the place where that begins.
+            index = max(bisect_right(self._begins, before) - 1, first)
+            begin, plan, skipped = self.driven[index]
+            assert isinstance(plan, PathPlan)
+            mean += amplitude * plan.place(max(before - begin, 0.0) + skipped)
         return mean
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
         half = np.zeros(len(times))
-        heights = self._height_series(np.asarray(times, dtype=np.float64), half).values
+        position = self.platform_series(self._machine, np.asarray(times, dtype=np.float64), half)
+        heights = heights_of(self._machine.geometry, position, half).values
         return SampledPlan(times, heights[0].T, heights[1].T, 2.0 * heights[2].T)
 
     def knots(self) -> FloatArray:
@@ -308,10 +305,6 @@ class ShapedTrajectory(Trajectory):
             for each in positions(machine, *mixed, halves)
         )
         return Series(*mean), np.zeros(len(times), dtype=bool)
-
-    def _height_series(self, times: FloatArray, half: FloatArray) -> Series:
-        position = self.platform_series(self._machine, times, half)
-        return heights_of(self._machine.geometry, position, half)
 
     def limit_use(
         self, limits: SliderLimits, since: float = 0.0, region: Workspace | None = None

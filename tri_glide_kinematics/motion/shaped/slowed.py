@@ -31,7 +31,7 @@ from tri_glide_kinematics.motion.limits import (
     moved,
     polynomial,
 )
-from tri_glide_kinematics.motion.shaped.path_driven import DrivenPart
+from tri_glide_kinematics.motion.shaped.bends import DrivenPart
 from tri_glide_kinematics.motion.shaped.shaped import LimitBounds, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import Trajectory
@@ -65,7 +65,9 @@ class SlowedPlan(Trajectory):
     def at(self, time: float) -> SliderState:
         """Return the setpoint at a ``time`` [s]; outside, that of the start or of the end."""
         u = min(max(time / self.duration, 0.0), 1.0)
-        passed, rate, bend = self._passed(u), 1.0 - u * u * (3.0 - 2.0 * u), self._bend(u)
+        # How much of the other plan is past, and how that changes.
+        passed = self.duration * u * (1.0 - u * u * (1.0 - 0.5 * u))
+        rate, bend = 1.0 - u * u * (3.0 - 2.0 * u), -6.0 * u * (1.0 - u) / self.duration
         heights, velocities, accelerations = self._plan.at(self._begin + passed)
         v1, v2, v3 = velocities
         a1, a2, a3 = accelerations
@@ -76,13 +78,6 @@ class SlowedPlan(Trajectory):
             slower,
             (squared * a1 + bend * v1, squared * a2 + bend * v2, squared * a3 + bend * v3),
         )
-
-    def _passed(self, u: float) -> float:
-        """Return how much of the other plan is past after a part ``u`` of the duration [s]."""
-        return self.duration * u * (1.0 - u * u * (1.0 - 0.5 * u))
-
-    def _bend(self, u: float) -> float:
-        return -6.0 * u * (1.0 - u) / self.duration
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""

@@ -5,9 +5,6 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.trajectory.added_bounds import UsableParts as UsableParts
-    from tri_glide_kinematics.motion.trajectory.added_bounds import gentler as gentler
-    from tri_glide_kinematics.motion.trajectory.added_bounds import kept as kept
     from tri_glide_kinematics.motion.trajectory.along_curve import CurvePlan as CurvePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import LinePlan as LinePlan
     from tri_glide_kinematics.motion.trajectory.along_curve import PathPlan as PathPlan
@@ -17,7 +14,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan as CubicPlan
     from tri_glide_kinematics.motion.trajectory.cubic import StraightPlan as StraightPlan
     from tri_glide_kinematics.motion.trajectory.cubic import TrackedStep as TrackedStep
-    from tri_glide_kinematics.motion.trajectory.cubic import knots_with_blend as knots_with_blend
     from tri_glide_kinematics.motion.trajectory.cubic import lasting as lasting
     from tri_glide_kinematics.motion.trajectory.cubic import with_knots_of as with_knots_of
     from tri_glide_kinematics.motion.trajectory.curve_bounds import (
@@ -37,29 +33,30 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.curves import Slowing as Slowing
     from tri_glide_kinematics.motion.trajectory.curves import SpeedSteps as SpeedSteps
     from tri_glide_kinematics.motion.trajectory.curves import StraightLine as StraightLine
-    from tri_glide_kinematics.motion.trajectory.knots import merged as merged
-    from tri_glide_kinematics.motion.trajectory.knots import shortest_piece as shortest_piece
     from tri_glide_kinematics.motion.trajectory.phases import CoordinateProfile as CoordinateProfile
     from tri_glide_kinematics.motion.trajectory.phases import Phases as Phases
     from tri_glide_kinematics.motion.trajectory.phases import after as after
     from tri_glide_kinematics.motion.trajectory.phases import evaluate as evaluate
     from tri_glide_kinematics.motion.trajectory.phases import first_of as first_of
+    from tri_glide_kinematics.motion.trajectory.phases import knots as knots
+    from tri_glide_kinematics.motion.trajectory.phases import merged as merged
     from tri_glide_kinematics.motion.trajectory.phases import rest_to_rest as rest_to_rest
+    from tri_glide_kinematics.motion.trajectory.phases import shortest_piece as shortest_piece
     from tri_glide_kinematics.motion.trajectory.phases import total_duration as total_duration
     from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner as RuckigPlanner
     from tri_glide_kinematics.motion.trajectory.ruckig_planner import (
         Synchronization as Synchronization,
     )
-    from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling as PathScaling
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling
-    from tri_glide_kinematics.motion.trajectory.trajectory import AddedUse as AddedUse
     from tri_glide_kinematics.motion.trajectory.trajectory import SequencePlan as SequencePlan
     from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory as Trajectory
-    from tri_glide_kinematics.motion.trajectory.trajectory import added_use as added_use
+    from tri_glide_kinematics.motion.trajectory.trajectory import UsableParts as UsableParts
     from tri_glide_kinematics.motion.trajectory.trajectory import check_added as check_added
     from tri_glide_kinematics.motion.trajectory.trajectory import checked as checked
     from tri_glide_kinematics.motion.trajectory.trajectory import close_to as close_to
+    from tri_glide_kinematics.motion.trajectory.trajectory import gentler as gentler
     from tri_glide_kinematics.motion.trajectory.trajectory import joined_series as joined_series
+    from tri_glide_kinematics.motion.trajectory.trajectory import kept as kept
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable
 from itertools import groupby
-from math import hypot
+from math import hypot, inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ from tri_glide_kinematics.motion.trajectory.curve_bounds import (
     smooth_parts,
 )
 from tri_glide_kinematics.motion.trajectory.curves import Curve, PathHeights, StraightLine
-from tri_glide_kinematics.motion.trajectory.time_scaling import PathScaling, PathStart, TimeScaling
+from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart, TimeScaling
 from tri_glide_kinematics.motion.trajectory.trajectory import CELLS_AT_ONCE, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, ascending
@@ -343,21 +343,27 @@ class PathPlan(CurvePlan):
 
     __slots__ = ("continue_at", "ends_path", "heights")
 
-    def __init__(self, heights: PathHeights, timed: PathScaling) -> None:
-        """Prepare the plan of a part of the path that is ``timed``."""
-        super().__init__(heights, timed.scaling)
+    def __init__(
+        self, heights: PathHeights, scaling: TimeScaling, continue_at: float = inf
+    ) -> None:
+        """Prepare the plan of a part of a path; without a ``continue_at`` [s] it ends at a stop."""
+        super().__init__(heights, scaling)
         self.heights = heights
-        self.ends_path = timed.ends_at >= heights.driven.length
-        self.continue_at = min(timed.continue_at, self.duration)
+        self.ends_path = self.ends_at >= heights.driven.length
+        self.continue_at = min(continue_at, self.duration)
+
+    @property
+    def ends_at(self) -> float:
+        """Place on the path at which it comes to rest [m]."""
+        return self._end.place
 
     def until(self, time: float) -> PathPlan:
         """Return what is driven of it if another part goes on at a ``time``, a knot of it [s]."""
-        return PathPlan(self.heights, PathScaling(self.scaling.until(time), time))
+        return PathPlan(self.heights, self.scaling.until(time), time)
 
     def delayed(self, delay: float) -> PathPlan:
         """Return the same after ``delay`` seconds of rest where it begins; it begins at rest."""
-        timed = PathScaling(self.scaling.delayed(delay), self.continue_at + delay)
-        return PathPlan(self.heights, timed)
+        return PathPlan(self.heights, self.scaling.delayed(delay), self.continue_at + delay)
 
     def place(self, time: float) -> float:
         """Return how far along the path the platform is at a ``time`` [m]."""
@@ -366,8 +372,7 @@ class PathPlan(CurvePlan):
     def moved_to(self, heights: PathHeights, time: float) -> PathPlan:
         """Return what is left at a ``time`` [s], on a path that is the same as far as it leads."""
         left = self.scaling.since(time)
-        shifted = left._replace(times=left.times - time)
-        return PathPlan(heights, PathScaling(shifted, self.continue_at - time))
+        return PathPlan(heights, left._replace(times=left.times - time), self.continue_at - time)
 
     def checks_inside(self, region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
         """Check the path from where the plan begins."""

@@ -24,8 +24,12 @@ from tri_glide_kinematics.motion.limits import (
     polynomial,
     resting,
 )
-from tri_glide_kinematics.motion.trajectory.knots import knots, merged
-from tri_glide_kinematics.motion.trajectory.phases import Phases, after, total_duration
+from tri_glide_kinematics.motion.trajectory.phases import (
+    Phases,
+    after,
+    merged,
+    total_duration,
+)
 from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -432,14 +436,8 @@ def lasting(phases: Phases, blend: CubicPlan | None) -> Phases:
     return [*phases, (missing, 0.0)] if missing > 0.0 else phases
 
 
-def knots_with_blend(
-    phases: Phases, pieces: int, shortest: float, blend: CubicPlan | None
-) -> FloatArray:
-    """Return the knots of ``phases``, and those of the ``blend`` if there is one [s]."""
-    times = knots(phases, pieces, shortest)
-    return np.array(times if blend is None else with_knots_of(times, blend, shortest))
-
-
-def with_knots_of(times: list[float], blend: CubicPlan, shortest: float) -> list[float]:
+def with_knots_of(times: list[float], blend: CubicPlan | None, shortest: float) -> list[float]:
     """Return ``times`` and the times at which ``blend`` changes its jerk, none too close [s]."""
+    if blend is None:
+        return times
     return merged(times, [*blend.starts.tolist(), blend.duration], shortest)

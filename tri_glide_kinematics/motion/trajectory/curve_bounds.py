@@ -35,12 +35,11 @@ import numpy as np
 
 from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.limits import QUANTITIES, RELATIVE_ROUNDING, SliderLimits
-from tri_glide_kinematics.motion.path import Indices
 from tri_glide_kinematics.motion.trajectory import quintics
 from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan
 from tri_glide_kinematics.motion.trajectory.curves import Curve, CurveParts
 from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, Indices
 
 # Speed against the direction of a line or a path that is rounding [m/s].
 NO_BACKWARD_SPEED = 1e-8

@@ -32,9 +32,9 @@ from tri_glide_kinematics.motion.limits import (
     polynomial,
     slider_state,
 )
-from tri_glide_kinematics.motion.path import DrivenPath, Indices
+from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.tri_glide import ArmTooShortError, TriGlideGeometry
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Indices, Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 _FACTORIALS = np.array((1.0, 1.0, 2.0, 6.0, 24.0, 120.0))[:, np.newaxis, np.newaxis]
@@ -234,15 +234,11 @@ class StraightLine:
         """There are none."""
         return _NO_BREAKS
 
-    def heights(self, ways: FloatArray) -> FloatArray:
-        """Return the slider heights at many distances ``ways``, shape (n,) [m]. Shape (3, n)."""
-        return self._heights(ways, self._rise(ways)[1])
-
     def derivatives(self, ways: FloatArray) -> HeightDerivatives:
         """Return heights and their derivatives at ``ways``, shape (n,) [m]."""
         table = np.empty((4, 3, len(ways)))
         rise = self._derivatives(ways, table[1:])
-        table[0] = self._heights(ways, rise)
+        table[0] = self.start[2] + self.slope * ways + rise
         return HeightDerivatives(table, np.ones(len(ways)))
 
     def state(self, way: float, speed: float, acceleration: float) -> SliderState:
@@ -311,9 +307,6 @@ class StraightLine:
         start, direction = (np.array(v)[:, np.newaxis] for v in (self.start, self.direction))
         places = start + direction * ways
         return polynomial(np.array((places, np.broadcast_to(direction, places.shape))), half)
-
-    def _heights(self, ways: FloatArray, rise: FloatArray) -> FloatArray:
-        return np.asarray(self.start[2] + self.slope * ways + rise)
 
     def _derivatives(self, ways: FloatArray, table: FloatArray) -> FloatArray:
         """Put three derivatives of the heights at ``ways`` into a table; return the rises R.

@@ -102,20 +102,3 @@ class PathStart(NamedTuple):
     place: float
     speed: float
     acceleration: float
-
-
-class PathScaling(NamedTuple):
-    """A motion along a path up to rest, inside all limits.
-
-    Attributes:
-        scaling: place on the path over time.
-        continue_at: when a continuation is to begin, infinite if it ends at a stop [s].
-    """
-
-    scaling: TimeScaling
-    continue_at: float
-
-    @property
-    def ends_at(self) -> float:
-        """Place at which it comes to rest [m]."""
-        return float(self.scaling.ways[-1])

@@ -12,15 +12,9 @@ from strategies import nudged
 from testing.path_samples import random_path
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
-from tri_glide_kinematics.motion.path.corners import (
-    CONVEX_BEND,
-    LARGEST_BEND,
-    Weights,
-    deviation_bounds,
-    enveloped,
-    joints_of,
-    widths_of,
-)
+from tri_glide_kinematics.motion.path.corners import enveloped, joints_of, widths_of
+from tri_glide_kinematics.motion.path.corners.rounding import deviation_bounds
+from tri_glide_kinematics.motion.path.corners.widths import CONVEX_BEND, LARGEST_BEND, Weights
 
 ANGLES = 0.005 * np.arange(1200)
 CIRCLE = 0.02 * np.column_stack((np.cos(ANGLES), np.sin(ANGLES), 0.0 * ANGLES))

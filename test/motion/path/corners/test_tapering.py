@@ -7,7 +7,8 @@ import pytest
 
 from testing.path_samples import random_path
 from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.motion.path.corners import WIDEST, rounding
+from tri_glide_kinematics.motion.path.corners import rounding
+from tri_glide_kinematics.motion.path.corners.wide_roundings import WIDEST
 
 TOLERANCE = 1e-3
 

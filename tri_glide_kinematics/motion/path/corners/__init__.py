@@ -12,9 +12,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.corners.rounding import MAX_ROUNDS as MAX_ROUNDS
     from tri_glide_kinematics.motion.path.corners.rounding import SMALLER as SMALLER
     from tri_glide_kinematics.motion.path.corners.rounding import corrections_of as corrections_of
-    from tri_glide_kinematics.motion.path.corners.rounding import (
-        deviation_bounds as deviation_bounds,
-    )
     from tri_glide_kinematics.motion.path.corners.rounding import enveloped as enveloped
     from tri_glide_kinematics.motion.path.corners.rounding import joints_of as joints_of
     from tri_glide_kinematics.motion.path.corners.rounding import least_widths as least_widths
@@ -24,13 +21,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.corners.wide_roundings import (
         FARTHEST_SWING as FARTHEST_SWING,
     )
-    from tri_glide_kinematics.motion.path.corners.wide_roundings import NARROWER as NARROWER
     from tri_glide_kinematics.motion.path.corners.wide_roundings import SWING_REACH as SWING_REACH
-    from tri_glide_kinematics.motion.path.corners.wide_roundings import WIDEST as WIDEST
-    from tri_glide_kinematics.motion.path.corners.wide_roundings import swing_of as swing_of
-    from tri_glide_kinematics.motion.path.corners.widths import CONVEX_BEND as CONVEX_BEND
-    from tri_glide_kinematics.motion.path.corners.widths import LARGEST_BEND as LARGEST_BEND
-    from tri_glide_kinematics.motion.path.corners.widths import Weights as Weights
     from tri_glide_kinematics.motion.path.corners.widths import Widths as Widths
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

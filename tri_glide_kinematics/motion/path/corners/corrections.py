@@ -13,15 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import comb
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.vectors import FloatArray
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.path.corners.joints import Indices
+from tri_glide_kinematics.vectors import FloatArray, Indices
 
 # Number of breaks that are worked through from each sum over all roundings.
 SUM_BLOCK = 64

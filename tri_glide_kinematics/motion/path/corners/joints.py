@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.motion.path.number_sets import are_among
-from tri_glide_kinematics.vectors import FloatArray
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.path.segments import Segments
-
-Indices = NDArray[np.intp]
+from tri_glide_kinematics.motion.path.segments import Segments
+from tri_glide_kinematics.vectors import FloatArray, Indices, are_among
 
 # Tangents that differ by less are the same: rounding.
 SAME_TANGENT = 1e-9

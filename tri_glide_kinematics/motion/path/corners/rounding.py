@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,6 @@ from tri_glide_kinematics.motion.path.corners.corrections import (
     roundings_over,
 )
 from tri_glide_kinematics.motion.path.corners.joints import (
-    Indices,
     Jumps,
     RoundedJoints,
     ShapedCorners,
@@ -74,7 +74,7 @@ from tri_glide_kinematics.motion.path.corners.widths import (
     with_kept,
 )
 from tri_glide_kinematics.motion.path.segments import Segments
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, Indices
 
 # The widths are made smaller at most so often, until all tolerances hold and the way driven is
 # nowhere too short.
@@ -126,7 +126,7 @@ def joints_of(
     all_stops = yield from concatenated((ways[:1], stopped, ways[-1:]))
     rounded = yield from indices_of(jumps.rounded)
     free = yield from _free(tolerances, jumps, rounded)
-    columns = [inner, *jumps[:5], tolerances]
+    columns: list[NDArray[Any]] = [inner, *jumps[:5], tolerances]
     # Nothing is copied if all joints are rounded, as those of a dense path.
     if len(rounded) < len(inner):
         columns = yield from columns_of(
@@ -135,12 +135,7 @@ def joints_of(
             spare_zeros=True,
         )
     rooms = yield from columns_of(len(rounded), lambda some: rooms_at(columns[0][some], all_stops))
-    at, tangents, curvatures, turns, bends, distances, limits = columns
-    before, after = rooms
-    joints = RoundedJoints(
-        *(at, tangents, curvatures, turns, bends, distances, limits, before, after, free)
-    )
-    return joints, all_stops
+    return RoundedJoints(*(*columns, *rooms, free)), all_stops
 
 
 def _free(

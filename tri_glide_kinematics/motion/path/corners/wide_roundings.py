@@ -31,15 +31,11 @@ tolerances.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints
 from tri_glide_kinematics.motion.path.corners.widths import SPARE, Widths
 from tri_glide_kinematics.vectors import FloatArray
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints
 
 # How much each part counts, and its half width by that of the widest, which is the first.
 PARTS = ((0.75, 1.0), (0.3, 0.6), (-0.05, 0.2))

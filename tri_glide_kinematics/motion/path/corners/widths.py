@@ -15,15 +15,13 @@ $|E| \le \frac{27}{3072} w^2$.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints
 from tri_glide_kinematics.vectors import FloatArray
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints
 
 # Largest value of |E|, and factor of its convex bound, as parts of the square of w.
 LARGEST_BEND = 27.0 / 3072.0
