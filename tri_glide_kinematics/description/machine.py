@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from xml.etree.ElementTree import Element, SubElement
 
 from tri_glide_kinematics.description.parts import Parts
 from tri_glide_kinematics.tri_glide import TriGlide
@@ -75,6 +77,13 @@ class MachineDescription:
         )
 
 
-def numbers_text(*values: float) -> str:
-    """Return numbers as an attribute in XML, with all digits that matter."""
-    return " ".join(number_text(value, 15, 0.0) for value in values)
+def add(parent: Element, tag: str, /, **attributes: str | float | Sequence[float]) -> Element:
+    """Add an element in XML and return it; numbers are written with all digits that matter."""
+    return SubElement(parent, tag, {name: _text(value) for name, value in attributes.items()})
+
+
+def _text(value: str | float | Sequence[float]) -> str:
+    if isinstance(value, str):
+        return value
+    numbers = (value,) if isinstance(value, float | int) else value
+    return " ".join(number_text(number, 15, 0.0) for number in numbers)
