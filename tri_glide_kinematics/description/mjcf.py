@@ -11,8 +11,7 @@ from __future__ import annotations
 from math import cos, pi, sin
 from xml.etree.ElementTree import Comment, Element, indent, tostring
 
-from tri_glide_kinematics.description.machine import MachineDescription, add
-from tri_glide_kinematics.description.parts import RODS, SIDES
+from tri_glide_kinematics.description.machine import RODS, SIDES, MachineDescription, add
 from tri_glide_kinematics.dynamics import Arm, Masses
 from tri_glide_kinematics.vectors import Vector3
 

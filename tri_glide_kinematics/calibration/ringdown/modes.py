@@ -23,9 +23,11 @@ from tri_glide_kinematics.calibration.ringdown.decay import (
     Samples,
     cost,
     fitted,
+    pencils,
+    splits,
+    strongest,
 )
 from tri_glide_kinematics.calibration.ringdown.recording import Recording
-from tri_glide_kinematics.calibration.ringdown.starts import pencils, splits, strongest
 from tri_glide_kinematics.motion.shaping import Mode
 from tri_glide_kinematics.vectors import FloatArray
 
