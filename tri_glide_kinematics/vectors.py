@@ -10,6 +10,11 @@ Vector3 = tuple[float, float, float]
 FloatArray = NDArray[np.float64]
 
 
+def plus(a: Vector3, b: Vector3) -> Vector3:
+    """Return a + b."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
 def minus(a: Vector3, b: Vector3) -> Vector3:
     """Return a - b."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])

@@ -19,7 +19,7 @@ from math import atan2, hypot
 from xml.etree.ElementTree import Element, SubElement
 
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, plus, scaled
 from tri_glide_kinematics.wording import number_text
 
 Place2 = tuple[float, float]
@@ -188,16 +188,12 @@ class MachineDescription:
 
     def true_heights(self, reported: Vector3) -> Vector3:
         """Return the true heights that belong to what the drives report. Shapes (3,) [m]."""
-        first, second, third = (a + b for a, b in zip(reported, self.height_offsets))
-        return first, second, third
+        return plus(reported, self.height_offsets)
 
     @property
     def middle(self) -> Vector3:
         """Middle of the travel, as the drives report it. Shape (3,) [m]."""
-        first, second, third = (
-            0.5 * (low + high) for low, high in zip(self.lower_heights, self.upper_heights)
-        )
-        return first, second, third
+        return scaled(plus(self.lower_heights, self.upper_heights), 0.5)
 
     def column_ends(self, arm: int) -> tuple[float, float]:
         """Return the true heights between which the column of a tower is drawn [m]."""

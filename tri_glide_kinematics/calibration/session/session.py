@@ -27,7 +27,7 @@ from tri_glide_kinematics.calibration.session.height_record import RecordingErro
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file, write_file
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, plus
 from tri_glide_kinematics.wording import list_text, number_text, vector_text
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
@@ -261,17 +261,11 @@ def workspace_of(machine: MachineParameters, limits: WorkspaceLimits) -> Workspa
         machine: with its height offsets.
         limits: with the travel as the drives report it.
     """
-
-    def true(heights: Vector3) -> Vector3:
-        first, second, third = (
-            height + offset for height, offset in zip(heights, machine.height_offsets)
-        )
-        return first, second, third
-
+    offsets = machine.height_offsets
     in_space = replace(
         limits,
-        lower_heights=true(limits.lower_heights),
-        upper_heights=true(limits.upper_heights),
+        lower_heights=plus(limits.lower_heights, offsets),
+        upper_heights=plus(limits.upper_heights, offsets),
     )
     return Workspace(TriGlide(machine.geometry), in_space)
 
