@@ -155,7 +155,8 @@ def ringdown_figure(found: RingDown) -> Figure:
         if found.modes or found.left_out:
             axes.plot(times, fitted, color="black", linewidth=0.8, label="fitted")
         _finish(axes, end, f"{name} without drift [{unit}]")
-    _draw_residuals(rows[-2], times, scale * found.residuals, names)
+    for name, left, color in zip(names, scale * found.residuals.T, COLORS):
+        rows[-2].plot(times, left, color=color, linewidth=0.6, label=name)
     _finish(rows[-2], end, f"residual [{unit}]")
     rows[-2].set_xlabel("time from the first sample on [s]")
     _draw_spectra(rows[-1], found, swing, scale * found.residuals, unit)
@@ -184,13 +185,6 @@ def _finish(axes: Axes, end: float, label: str) -> None:
     axes.set_ylabel(label, fontsize=9)
     axes.axhline(0.0, color="0.7", linewidth=0.6, zorder=0)
     axes.legend(fontsize=8, loc="upper right")
-
-
-def _draw_residuals(
-    axes: Axes, times: FloatArray, residuals: FloatArray, names: tuple[str, ...]
-) -> None:
-    for name, left, color in zip(names, residuals.T, COLORS):
-        axes.plot(times, left, color=color, linewidth=0.6, label=name)
 
 
 def _draw_spectra(
