@@ -11,6 +11,11 @@ FloatArray = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
+def plus(a: Vector3, b: Vector3) -> Vector3:
+    """Return a + b."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
 def minus(a: Vector3, b: Vector3) -> Vector3:
     """Return a - b."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])

@@ -12,10 +12,10 @@ RepRapFirmware, ``LinearDeltaKinematics.cpp`` and its codes M665 and M666.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from itertools import permutations
+from math import remainder
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -257,7 +257,10 @@ class _Towers:
         away = anchors - center
         angles = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
         orders = [(i, j, 3 - i - j) for i, j in permutations(range(3), 2)]
-        turns = [[_turn(angles[i] - at) for i, at in zip(o, TOWER_ANGLES)] for o in orders]
+        # Equal angles from -180 to 180 degrees.
+        turns = [
+            [remainder(angles[i] - at, 360.0) for i, at in zip(o, TOWER_ANGLES)] for o in orders
+        ]
         best = first_smallest([np.square(turn).sum() for turn in turns])
         order = list(orders[best])
         self.order = orders[best]
@@ -290,11 +293,6 @@ def _machine(
     rises = np.sqrt(np.square(lengths) - np.square(distances))
     ends = np.array(heights) / MM + rises
     return MachineParameters(geometry, _three(ends - finite_vector("end_stops", end_stops, 3)))
-
-
-def _turn(angle: float) -> float:
-    """Return the equal angle from -180 to 180 [degrees]."""
-    return math.remainder(angle, 360.0)
 
 
 def _three(values: FloatArray) -> Vector3:

@@ -9,10 +9,9 @@ written.
 from __future__ import annotations
 
 from math import cos, pi, sin
-from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Comment, Element, indent, tostring
 
-from tri_glide_kinematics.description.machine import MachineDescription, numbers_text
-from tri_glide_kinematics.description.parts import RODS, SIDES
+from tri_glide_kinematics.description.machine import RODS, SIDES, MachineDescription, add
 from tri_glide_kinematics.dynamics import Arm, Masses
 from tri_glide_kinematics.vectors import Vector3
 
@@ -50,44 +49,28 @@ def mjcf_text(
     position = description.machine.forward(description.true_heights(heights))
     root = Element("mujoco", model="tri_glide")
     root.append(Comment(" Made by describe_machine. "))
-    SubElement(root, "compiler", angle="radian")
-    SubElement(
-        root,
-        "option",
-        gravity=numbers_text(*masses.gravity),
-        timestep=numbers_text(TIME_STEP),
-        integrator="implicitfast",
-    )
-    default = SubElement(root, "default")
-    SubElement(default, "geom", contype="0", conaffinity="0")
-    SubElement(
-        default,
-        "equality",
-        solref=numbers_text(RETURN_TIME * TIME_STEP, 1.0),
-        solimp="0.999 0.9999 0.001",
-    )
-    world = SubElement(root, "worldbody")
-    SubElement(world, "light", pos="0 0 3", dir="0 0 -1", directional="true")
-    equality = SubElement(root, "equality")
-    actuator = SubElement(root, "actuator")
+    add(root, "compiler", angle="radian")
+    add(root, "option", gravity=masses.gravity, timestep=TIME_STEP, integrator="implicitfast")
+    default = add(root, "default")
+    add(default, "geom", contype="0", conaffinity="0")
+    solref = (RETURN_TIME * TIME_STEP, 1.0)
+    add(default, "equality", solref=solref, solimp="0.999 0.9999 0.001")
+    world = add(root, "worldbody")
+    add(world, "light", pos="0 0 3", dir="0 0 -1", directional="true")
+    equality = add(root, "equality")
+    actuator = add(root, "actuator")
     for arm in range(3):
         _add_column(world, description, arm)
         _add_arm(world, description, masses, arm, heights[arm], position)
+        end = (0.0, 0.0, -description.parts.arm_lengths[arm])
         for rod in _rods(arm):
-            SubElement(
-                equality,
-                "connect",
-                name=rod,
-                body1=rod,
-                body2=description.platform_frame,
-                anchor=numbers_text(0.0, 0.0, -description.parts.arm_lengths[arm]),
-            )
+            platform = description.platform_frame
+            add(equality, "connect", name=rod, body1=rod, body2=platform, anchor=end)
         if masses.counterweights[arm] > 0.0:
             _add_counterweight(world, equality, description, masses, arm)
         _add_drive(actuator, description, masses, arm)
     _add_platform(world, description, masses, position)
-    keyframe = SubElement(root, "keyframe")
-    SubElement(keyframe, "key", name="start", ctrl=numbers_text(*heights))
+    add(add(root, "keyframe"), "key", name="start", ctrl=heights)
     indent(root)
     return tostring(root, encoding="unicode") + "\n"
 
@@ -97,17 +80,13 @@ def _rods(arm: int) -> tuple[str, ...]:
 
 
 def _add_column(world: Element, description: MachineDescription, arm: int) -> None:
+    parts = description.parts
     bottom, top = description.column_ends(arm)
-    half = 0.5 * description.parts.size
-    SubElement(
-        world,
-        "geom",
-        type="box",
-        size=numbers_text(half, half, 0.5 * (top - bottom)),
-        pos=numbers_text(*description.parts.column(arm), 0.5 * (bottom + top)),
-        euler=numbers_text(0.0, 0.0, description.parts.azimuth(arm)),
-        rgba="0.47 0.49 0.53 1",
-    )
+    half = 0.5 * parts.size
+    size = (half, half, 0.5 * (top - bottom))
+    place = (*parts.column(arm), 0.5 * (bottom + top))
+    turn = (0.0, 0.0, parts.azimuth(arm))
+    add(world, "geom", type="box", size=size, pos=place, euler=turn, rgba="0.47 0.49 0.53 1")
 
 
 def _add_arm(
@@ -121,55 +100,36 @@ def _add_arm(
     """Add a carriage and its two rods, at a reported height and a position of the platform [m]."""
     parts, name = description.parts, description.joint_names[arm]
     true = height + description.height_offsets[arm]
-    carriage = SubElement(
-        world,
-        "body",
-        name=f"carriage_{arm + 1}",
-        pos=numbers_text(*parts.towers[arm], true),
-        euler=numbers_text(0.0, 0.0, parts.azimuth(arm)),
-    )
-    SubElement(
+    place, turn = (*parts.towers[arm], true), (0.0, 0.0, parts.azimuth(arm))
+    carriage = add(world, "body", name=f"carriage_{arm + 1}", pos=place, euler=turn)
+    add(
         carriage,
         "joint",
         name=name,
         type="slide",
         axis="0 0 1",
-        ref=numbers_text(height),
-        range=numbers_text(description.lower_heights[arm], description.upper_heights[arm]),
-        damping=numbers_text(masses.viscous[arm]),
-        frictionloss=numbers_text(masses.coulomb[arm]),
+        ref=height,
+        range=(description.lower_heights[arm], description.upper_heights[arm]),
+        damping=masses.viscous[arm],
+        frictionloss=masses.coulomb[arm],
     )
     _add_point(carriage, masses.carriages[arm])
     size = parts.size
-    box = numbers_text(1.2 * size, 1.2 * size, size)
-    SubElement(carriage, "geom", type="box", size=box, rgba="0.78 0.47 0.08 1")
+    box = (1.2 * size, 1.2 * size, size)
+    add(carriage, "geom", type="box", size=box, rgba="0.78 0.47 0.08 1")
     swing, tilt = parts.swing_and_tilt(arm, true, position)
-    for rod, place in zip(_rods(arm), parts.rod_places):
-        body = SubElement(
-            carriage,
-            "body",
-            name=rod,
-            pos=numbers_text(place, 0.0, 0.0),
-            quat=numbers_text(
-                cos(0.5 * swing) * cos(0.5 * tilt),
-                sin(0.5 * swing) * cos(0.5 * tilt),
-                cos(0.5 * swing) * sin(0.5 * tilt),
-                sin(0.5 * swing) * sin(0.5 * tilt),
-            ),
-        )
+    turned = (
+        cos(0.5 * swing) * cos(0.5 * tilt),
+        sin(0.5 * swing) * cos(0.5 * tilt),
+        cos(0.5 * swing) * sin(0.5 * tilt),
+        sin(0.5 * swing) * sin(0.5 * tilt),
+    )
+    for rod, along in zip(_rods(arm), parts.rod_places):
+        body = add(carriage, "body", name=rod, pos=(along, 0.0, 0.0), quat=turned)
         # The axis across the arm, as it is seen from the rod at the start.
-        for joint, axis, value in (
-            ("swing", (cos(tilt), 0.0, sin(tilt)), swing),
-            ("tilt", (0.0, 1.0, 0.0), tilt),
-        ):
-            SubElement(
-                body,
-                "joint",
-                name=f"{rod}_{joint}",
-                type="hinge",
-                axis=numbers_text(*axis),
-                ref=numbers_text(value),
-            )
+        axis = (cos(tilt), 0.0, sin(tilt))
+        add(body, "joint", name=f"{rod}_swing", type="hinge", axis=axis, ref=swing)
+        add(body, "joint", name=f"{rod}_tilt", type="hinge", axis="0 1 0", ref=tilt)
         _add_rod(body, masses.arms[arm], parts.arm_lengths[arm], parts.rod_radius)
 
 
@@ -177,49 +137,29 @@ def _add_rod(body: Element, arm: Arm, length: float, radius: float) -> None:
     """Add mass and shape of one of the two rods of an ``arm``."""
     both = arm.mass * length * length / 12.0 if arm.inertia is None else arm.inertia
     inertia = max(0.5 * both, LEAST_INERTIA)
-    SubElement(
-        body,
-        "inertial",
-        pos=numbers_text(0.0, 0.0, -arm.centre * length),
-        mass=numbers_text(max(0.5 * arm.mass, LEAST_MASS)),
-        diaginertia=numbers_text(inertia, inertia, LEAST_INERTIA),
-    )
-    SubElement(
-        body,
-        "geom",
-        type="capsule",
-        size=numbers_text(radius),
-        fromto=numbers_text(0.0, 0.0, 0.0, 0.0, 0.0, -length),
-        rgba="0.16 0.18 0.22 1",
-    )
-    end = f"{body.get('name')}_end"
-    SubElement(body, "site", name=end, pos=numbers_text(0.0, 0.0, -length))
+    inertias = (inertia, inertia, LEAST_INERTIA)
+    centre, end = (0.0, 0.0, -arm.centre * length), (0.0, 0.0, -length)
+    add(body, "inertial", pos=centre, mass=max(0.5 * arm.mass, LEAST_MASS), diaginertia=inertias)
+    line = (0.0, 0.0, 0.0, *end)
+    add(body, "geom", type="capsule", size=radius, fromto=line, rgba="0.16 0.18 0.22 1")
+    add(body, "site", name=f"{body.get('name')}_end", pos=end)
 
 
 def _add_platform(
     world: Element, description: MachineDescription, masses: Masses, position: Vector3
 ) -> None:
     parts, mass = description.parts, masses.platform + masses.payload
-    name = description.platform_frame
-    platform = SubElement(world, "body", name=name, pos=numbers_text(*position))
-    SubElement(platform, "freejoint", name="platform")
+    platform = add(world, "body", name=description.platform_frame, pos=position)
+    add(platform, "freejoint", name="platform")
     radius, half = parts.platform_radius, 0.25 * parts.size
     along = 0.5 * mass * radius * radius
     across = 0.5 * along + mass * half * half / 3.0
-    SubElement(
-        platform,
-        "inertial",
-        pos="0 0 0",
-        mass=numbers_text(mass),
-        diaginertia=numbers_text(across, across, along),
-    )
-    disc = numbers_text(radius, half)
-    SubElement(platform, "geom", type="cylinder", size=disc, rgba="0.12 0.47 1 1")
+    add(platform, "inertial", pos="0 0 0", mass=mass, diaginertia=(across, across, along))
+    add(platform, "geom", type="cylinder", size=(radius, half), rgba="0.12 0.47 1 1")
     for arm in range(3):
         (x, y), (ax, ay) = parts.platform_joints[arm], parts.across[arm]
         for rod, along in zip(_rods(arm), parts.rod_places):
-            place = numbers_text(x + along * ax, y + along * ay, 0.0)
-            SubElement(platform, "site", name=f"{rod}_joint", pos=place)
+            add(platform, "site", name=f"{rod}_joint", pos=(x + along * ax, y + along * ay, 0.0))
 
 
 def _add_counterweight(
@@ -227,24 +167,17 @@ def _add_counterweight(
 ) -> None:
     """Add a mass that sinks as its carriage rises."""
     name, mass = f"counterweight_{arm + 1}", masses.counterweights[arm]
-    place = numbers_text(*description.parts.column(arm), description.column_ends(arm)[0])
-    body = SubElement(world, "body", name=name, pos=place)
-    SubElement(body, "joint", name=name, type="slide", axis="0 0 1")
+    place = (*description.parts.column(arm), description.column_ends(arm)[0])
+    body = add(world, "body", name=name, pos=place)
+    add(body, "joint", name=name, type="slide", axis="0 0 1")
     _add_point(body, mass)
-    SubElement(
-        equality,
-        "joint",
-        name=name,
-        joint1=name,
-        joint2=description.joint_names[arm],
-        polycoef="0 -1 0 0 0",
-    )
+    slider = description.joint_names[arm]
+    add(equality, "joint", name=name, joint1=name, joint2=slider, polycoef="0 -1 0 0 0")
 
 
 def _add_point(body: Element, mass: float) -> None:
     """Add the mass of a body that never turns, so its inertia has no effect."""
-    inertia = numbers_text(*3 * (1e-3 * mass,))
-    SubElement(body, "inertial", pos="0 0 0", mass=numbers_text(mass), diaginertia=inertia)
+    add(body, "inertial", pos="0 0 0", mass=mass, diaginertia=3 * (1e-3 * mass,))
 
 
 def _add_drive(
@@ -255,12 +188,6 @@ def _add_drive(
     moved += masses.platform + masses.payload
     rate = 2.0 * pi * DRIVE_FREQUENCY
     name = description.joint_names[arm]
-    SubElement(
-        actuator,
-        "position",
-        name=name,
-        joint=name,
-        kp=numbers_text(moved * rate * rate),
-        kv=numbers_text(2.0 * moved * rate),
-        ctrlrange=numbers_text(description.lower_heights[arm], description.upper_heights[arm]),
-    )
+    stiffness, damping = moved * rate * rate, 2.0 * moved * rate
+    travel = (description.lower_heights[arm], description.upper_heights[arm])
+    add(actuator, "position", name=name, joint=name, kp=stiffness, kv=damping, ctrlrange=travel)

@@ -6,10 +6,9 @@ to the platform: the values of the passive joints do (``Parts.passive_values``).
 
 from __future__ import annotations
 
-from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Comment, Element, indent, tostring
 
-from tri_glide_kinematics.description.machine import MachineDescription, numbers_text
-from tri_glide_kinematics.description.parts import RODS, SIDES
+from tri_glide_kinematics.description.machine import RODS, SIDES, MachineDescription, add
 from tri_glide_kinematics.vectors import Vector3
 
 NOTE = (
@@ -32,7 +31,7 @@ def urdf_text(description: MachineDescription) -> str:
     robot = Element("robot", name="tri_glide")
     robot.append(Comment(NOTE))
     for name, colour in COLOURS.items():
-        SubElement(SubElement(robot, "material", name=name), "color", rgba=numbers_text(*colour))
+        add(add(robot, "material", name=name), "color", rgba=colour)
     _add_base(robot, description)
     for arm in range(3):
         _add_arm(robot, description, arm)
@@ -43,23 +42,21 @@ def urdf_text(description: MachineDescription) -> str:
 
 def _add_base(robot: Element, description: MachineDescription) -> None:
     """Add what does not move: the columns."""
-    base = SubElement(robot, "link", name=description.base_frame)
+    base = add(robot, "link", name=description.base_frame)
     for arm in range(3):
         bottom, top = description.column_ends(arm)
         size = description.parts.size
         place = (*description.parts.column(arm), 0.5 * (bottom + top))
         turn = (0.0, 0.0, description.parts.azimuth(arm))
-        box = {"size": numbers_text(size, size, top - bottom)}
-        _add_visual(base, "column", "box", box, place, turn)
+        _add_visual(base, "column", "box", place, turn, size=(size, size, top - bottom))
 
 
 def _add_arm(robot: Element, description: MachineDescription, arm: int) -> None:
     """Add a carriage and its two rods."""
     parts, carriage = description.parts, f"carriage_{arm + 1}"
     size, length = parts.size, parts.arm_lengths[arm]
-    link = SubElement(robot, "link", name=carriage)
-    box = {"size": numbers_text(2.4 * size, 2.4 * size, 2.0 * size)}
-    _add_visual(link, "carriage", "box", box)
+    link = add(robot, "link", name=carriage)
+    _add_visual(link, "carriage", "box", size=(2.4 * size, 2.4 * size, 2.0 * size))
     slider = _add_joint(
         robot,
         description.joint_names[arm],
@@ -69,23 +66,23 @@ def _add_arm(robot: Element, description: MachineDescription, arm: int) -> None:
         (*parts.towers[arm], description.height_offsets[arm]),
         (0.0, 0.0, parts.azimuth(arm)),
     )
-    SubElement(
+    add(
         slider,
         "limit",
-        lower=numbers_text(description.lower_heights[arm]),
-        upper=numbers_text(description.upper_heights[arm]),
-        velocity=numbers_text(description.velocities[arm]),
-        effort=numbers_text(description.forces[arm]),
+        lower=description.lower_heights[arm],
+        upper=description.upper_heights[arm],
+        velocity=description.velocities[arm],
+        effort=description.forces[arm],
     )
     for side in range(len(SIDES)):
         rod = RODS[len(SIDES) * arm + side]
         hinge = f"{rod}_hinge"
-        SubElement(robot, "link", name=hinge)
+        add(robot, "link", name=hinge)
         place = (parts.rod_places[side], 0.0, 0.0)
         _add_joint(robot, f"{rod}_swing", "continuous", (carriage, hinge), X, place)
-        link = SubElement(robot, "link", name=rod)
-        cylinder = {"radius": numbers_text(parts.rod_radius), "length": numbers_text(length)}
-        _add_visual(link, "rod", "cylinder", cylinder, (0.0, 0.0, -0.5 * length))
+        link = add(robot, "link", name=rod)
+        middle = (0.0, 0.0, -0.5 * length)
+        _add_visual(link, "rod", "cylinder", middle, radius=parts.rod_radius, length=length)
         _add_joint(robot, f"{rod}_tilt", "continuous", (hinge, rod), Y)
 
 
@@ -96,37 +93,27 @@ def _add_platform(robot: Element, description: MachineDescription) -> None:
     parent = description.base_frame
     for index, (axis, name) in enumerate(zip((X, Y, Z), "xyz")):
         child = description.platform_frame if name == "z" else f"platform_{name}_slide"
-        link = SubElement(robot, "link", name=child)
+        link = add(robot, "link", name=child)
         joint = _add_joint(robot, f"platform_{name}", "prismatic", (parent, child), axis)
-        SubElement(
-            joint,
-            "limit",
-            lower=numbers_text(lowest[index]),
-            upper=numbers_text(highest[index]),
-            # No drive moves it.
-            velocity="0",
-            effort="0",
-        )
+        # No drive moves it.
+        add(joint, "limit", lower=lowest[index], upper=highest[index], velocity="0", effort="0")
         parent = child
-    disc = {
-        "radius": numbers_text(parts.platform_radius),
-        "length": numbers_text(0.5 * parts.size),
-    }
-    _add_visual(link, "platform", "cylinder", disc)
+    radius, thickness = parts.platform_radius, 0.5 * parts.size
+    _add_visual(link, "platform", "cylinder", radius=radius, length=thickness)
 
 
 def _add_visual(
     link: Element,
     material: str,
     kind: str,
-    sizes: dict[str, str],
     place: Vector3 = ORIGIN,
     turn: Vector3 = ORIGIN,
+    **sizes: float | Vector3,
 ) -> None:
-    visual = SubElement(link, "visual")
-    SubElement(visual, "origin", xyz=numbers_text(*place), rpy=numbers_text(*turn))
-    SubElement(SubElement(visual, "geometry"), kind, sizes)
-    SubElement(visual, "material", name=material)
+    visual = add(link, "visual")
+    add(visual, "origin", xyz=place, rpy=turn)
+    add(add(visual, "geometry"), kind, **sizes)
+    add(visual, "material", name=material)
 
 
 def _add_joint(
@@ -138,9 +125,9 @@ def _add_joint(
     place: Vector3 = ORIGIN,
     turn: Vector3 = ORIGIN,
 ) -> Element:
-    joint = SubElement(robot, "joint", name=name, type=kind)
-    SubElement(joint, "origin", xyz=numbers_text(*place), rpy=numbers_text(*turn))
+    joint = add(robot, "joint", name=name, type=kind)
+    add(joint, "origin", xyz=place, rpy=turn)
     for role, link in zip(("parent", "child"), links):
-        SubElement(joint, role, link=link)
-    SubElement(joint, "axis", xyz=numbers_text(*axis))
+        add(joint, role, link=link)
+    add(joint, "axis", xyz=axis)
     return joint

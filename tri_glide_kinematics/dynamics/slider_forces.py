@@ -27,7 +27,7 @@ from tri_glide_kinematics.dynamics import batch
 from tri_glide_kinematics.dynamics.masses import Masses
 from tri_glide_kinematics.errors import NotFiniteError
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3, combined
 
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
@@ -294,7 +294,7 @@ class SliderForces:
         driving = finite_vector("forces", forces, 3)
         time = positive("duration", duration, "s")
         half = 0.5 * time
-        middle = [place + half * rate for place, rate in zip(places, rates)]
+        middle = combined(1.0, places, half, rates)
         dry = [time * friction for friction in self.masses.coulomb]
         d1, d2, d3 = self.masses.viscous
         # Half of the viscous friction is that of the velocities before the step.
@@ -311,17 +311,8 @@ class SliderForces:
             (a, b, c), (_, d, e), (_, _, f) = matrix
             braked = (a + half * d1, b, c), (b, d + half * d2, e), (c, e, f + half * d3)
             after = _against_dry_friction(braked, momenta, dry, rates)
-            between = (
-                0.5 * (rates[0] + after[0]),
-                0.5 * (rates[1] + after[1]),
-                0.5 * (rates[2] + after[2]),
-            )
-        ends = (
-            places[0] + time * between[0],
-            places[1] + time * between[1],
-            places[2] + time * between[2],
-        )
-        return ends, after
+            between = combined(0.5, rates, 0.5, after)
+        return combined(1.0, places, time, between), after
 
     def energy(self, heights: Iterable[float], velocities: Iterable[float]) -> Energy:
         """Return the energy of the machine in motion.

@@ -283,8 +283,7 @@ class _Judging:
         period, jerks = self._period, np.array(limits.jerk)
         ways = np.diff(self._heights, axis=0)
         means = 0.5 * (velocities[1:] + velocities[:-1])
-        largest = np.spacing(np.abs(self._heights).max()) * ROUNDING_STEPS
-        rounding = 2.0 * (largest + self._resolution)
+        rounding = 2.0 * self._rounding
 
         def errors(count: NDArray[np.int64] | int) -> FloatArray:
             return np.abs(ways - np.asarray(count)[..., np.newaxis] * period * means)
@@ -394,14 +393,17 @@ class _Judging:
     @property
     def _slowest(self) -> float:
         """The speed that is no more than the rounding of a height in a period [m/s]."""
-        largest = np.abs(self._heights).max(initial=0.0)
-        return float(ROUNDING_STEPS * np.spacing(largest)) / self._period
+        return self._last_bits / self._period
 
     @property
     def _rounding(self) -> float:
         """By how much a height may be wrong [m]."""
-        largest = np.abs(self._heights).max(initial=0.0)
-        return float(ROUNDING_STEPS * np.spacing(largest) + self._resolution)
+        return self._last_bits + self._resolution
+
+    @property
+    def _last_bits(self) -> float:
+        """By how much the largest height may be wrong in double precision [m]."""
+        return float(ROUNDING_STEPS * np.spacing(np.abs(self._heights).max(initial=0.0)))
 
     def _blocks(self) -> Iterator[tuple[slice, int]]:
         """Yield blocks of rows, each with some of those before it, and how many these are."""

@@ -7,8 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.calibration.ringdown.decay import Samples, fitted
-from tri_glide_kinematics.calibration.ringdown.starts import pencils, splits, strongest
+from tri_glide_kinematics.calibration.ringdown.decay import (
+    Samples,
+    fitted,
+    pencils,
+    splits,
+    strongest,
+)
 
 POLES = np.array([-4.0 + 90.0j, -9.0 + 140.0j])
 AMPLITUDES = np.array([[1.0, 0.3j], [0.2 - 0.4j, 0.8]])

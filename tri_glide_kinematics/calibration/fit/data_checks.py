@@ -130,30 +130,21 @@ def check_count(model: MeasurementModel) -> None:
         TooFewMeasurementsError: if there are not.
     """
     touches = Counter(one.plate.name for one in model.measurements if isinstance(one, Touch))
-    for name, columns in model.unknowns.plates.items():
-        needed = sum(column >= 0 for column in columns)
-        if touches[name] < needed:
-            raise TooFewMeasurementsError(
-                f"touches of plate {name!r}",
-                touches[name],
-                needed,
-                "to fit what is not known of it",
-            )
     seen = Counter(one.frame for one in model.measurements if isinstance(one, MeasuredPosition))
-    for name in model.unknowns.frames:
-        if seen[name] < FRAME_POSITIONS:
-            raise TooFewMeasurementsError(
-                f"positions in frame {name!r}",
-                seen[name],
-                FRAME_POSITIONS,
-                "to fit how it is turned and shifted",
-            )
     others = model.unknowns.size - MACHINE
-    if model.count < others + LEFT:
-        taken = f" ({others} are taken by plates and frames)" if others else ""
-        raise TooFewMeasurementsError(
-            "measured numbers", model.count, others + LEFT, f"to say something of a machine{taken}"
-        )
+    taken = f" ({others} are taken by plates and frames)" if others else ""
+    wanted = []
+    for name, columns in model.unknowns.plates.items():
+        unknown, why = sum(column >= 0 for column in columns), "to fit what is not known of it"
+        wanted.append((f"touches of plate {name!r}", touches[name], unknown, why))
+    for name in model.unknowns.frames:
+        what, why = f"positions in frame {name!r}", "to fit how it is turned and shifted"
+        wanted.append((what, seen[name], FRAME_POSITIONS, why))
+    why = f"to say something of a machine{taken}"
+    wanted.append(("measured numbers", model.count, others + LEFT, why))
+    for what, count, needed, why in wanted:
+        if count < needed:
+            raise TooFewMeasurementsError(what, count, needed, why)
 
 
 def check_machine(machine: MachineParameters) -> None:

@@ -92,30 +92,28 @@ def read_workspace(section: Keys, unit: float) -> WorkspaceLimits:
     )
 
 
-def workspace_keys(
-    limits: WorkspaceLimits, lengths: Callable[[Iterable[float]], list[float]]
-) -> dict[str, Any]:
+def workspace_keys(limits: WorkspaceLimits, in_unit: Callable[[Any], Any]) -> dict[str, Any]:
     """Return what ``read_workspace`` reads as these ``limits``.
 
     Args:
         limits: with the travel as the drives report it.
-        lengths: brings some [m] into the unit of the file.
+        in_unit: brings a length [m], or a sequence of them, into the unit of the file.
     """
     keys: dict[str, Any] = {
-        "lower_heights": lengths(limits.lower_heights),
-        "upper_heights": lengths(limits.upper_heights),
-        "reach_margin": lengths([limits.reach_margin])[0],
+        "lower_heights": in_unit(limits.lower_heights),
+        "upper_heights": in_unit(limits.upper_heights),
+        "reach_margin": in_unit(limits.reach_margin),
         "max_condition_number": limits.max_condition_number,
     }
     if limits.box_lower is not None:
-        keys["box_lower"] = lengths(limits.box_lower)
+        keys["box_lower"] = in_unit(limits.box_lower)
     if limits.box_upper is not None:
-        keys["box_upper"] = lengths(limits.box_upper)
+        keys["box_upper"] = in_unit(limits.box_upper)
     cylinder = limits.cylinder
     if cylinder is not None:
-        keys["cylinder_center"] = lengths([cylinder.center_x, cylinder.center_y])
-        keys["cylinder_radius"] = lengths([cylinder.radius])[0]
-        keys["cylinder_z"] = lengths([cylinder.z_min, cylinder.z_max])
+        keys["cylinder_center"] = in_unit((cylinder.center_x, cylinder.center_y))
+        keys["cylinder_radius"] = in_unit(cylinder.radius)
+        keys["cylinder_z"] = in_unit((cylinder.z_min, cylinder.z_max))
     return keys
 
 
@@ -313,12 +311,14 @@ class _Reader:
 def _as_keys(content: MeasurementFile, unit: str) -> dict[str, Any]:
     """Return the content as YAML writes it."""
 
-    def lengths(values: Any) -> list[float]:
+    def in_unit(lengths: Any) -> Any:
+        if isinstance(lengths, Iterable):
+            return [in_unit(length) for length in lengths]
         # Twelve digits: what is left of a change of units is not written.
-        return [float(f"{value / UNITS[unit]:.12g}") for value in values]
+        return float(f"{lengths / UNITS[unit]:.12g}")
 
-    def common(measurement: Touch | MeasuredPosition | Distance) -> dict[str, Any]:
-        return {"standard_deviation": lengths([measurement.standard_deviation])[0]}
+    def deviation(measurement: Touch | MeasuredPosition | Distance) -> dict[str, Any]:
+        return {"standard_deviation": in_unit(measurement.standard_deviation)}
 
     geometry = content.nominal.geometry
     plates = {touch.plate.name: touch.plate for touch in content.touches}
@@ -326,41 +326,41 @@ def _as_keys(content: MeasurementFile, unit: str) -> dict[str, Any]:
     return {
         "unit": unit,
         "nominal": {
-            "anchors": [lengths(anchor) for anchor in geometry.anchors],
-            "arm_lengths": lengths(geometry.arm_lengths),
-            "height_offsets": lengths(content.nominal.height_offsets),
+            "anchors": in_unit(geometry.anchors),
+            "arm_lengths": in_unit(geometry.arm_lengths),
+            "height_offsets": in_unit(content.nominal.height_offsets),
         },
         "priors": NONE
         if priors is None
-        else {kind: lengths([getattr(priors, kind)])[0] for kind in PRIOR_KINDS},
+        else {kind: in_unit(getattr(priors, kind)) for kind in PRIOR_KINDS},
         "plates": {
             name: {
-                "height": UNKNOWN if plate.height is None else lengths([plate.height])[0],
+                "height": UNKNOWN if plate.height is None else in_unit(plate.height),
                 "tilt": UNKNOWN if plate.tilt is None else list(plate.tilt),
             }
             for name, plate in plates.items()
         },
         "touches": [
-            {"heights": lengths(touch.heights), "plate": touch.plate.name, **common(touch)}
-            for touch in content.touches
+            {"heights": in_unit(one.heights), "plate": one.plate.name, **deviation(one)}
+            for one in content.touches
         ],
         "positions": [
             {
-                "heights": lengths(one.heights),
-                "position": lengths(one.position),
+                "heights": in_unit(one.heights),
+                "position": in_unit(one.position),
                 "frame": one.frame,
-                **common(one),
+                **deviation(one),
             }
             for one in content.positions
         ],
         "distances": [
             {
-                "from": lengths(one.heights_from),
-                "to": lengths(one.heights_to),
-                "distance": lengths([one.distance])[0],
-                **common(one),
+                "from": in_unit(one.heights_from),
+                "to": in_unit(one.heights_to),
+                "distance": in_unit(one.distance),
+                **deviation(one),
             }
             for one in content.distances
         ],
-        "workspace": NONE if workspace is None else workspace_keys(workspace, lengths),
+        "workspace": NONE if workspace is None else workspace_keys(workspace, in_unit),
     }

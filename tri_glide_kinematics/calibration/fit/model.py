@@ -243,13 +243,8 @@ class Region:
             # Six more in each ring than in the one before: each place stands for the same area.
             for k in range(6 * ring):
                 angle, distance = math.tau * k / (6 * ring), radius * ring / rings
-                rows.append(
-                    (
-                        center[0] + distance * math.cos(angle),
-                        center[1] + distance * math.sin(angle),
-                        0.0,
-                    )
-                )
+                x, y = distance * math.cos(angle), distance * math.sin(angle)
+                rows.append((center[0] + x, center[1] + y, 0.0))
         return cls(center, radius, np.array(rows))
 
     @classmethod

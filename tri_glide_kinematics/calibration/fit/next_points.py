@@ -7,7 +7,8 @@ taken, its information added, and so on (Fedorov, Theory of Optimal Experiments,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
 from statistics import median
@@ -36,7 +37,7 @@ from tri_glide_kinematics.calibration.fit.unknowns import (
 from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3, minus
 from tri_glide_kinematics.workspace import Workspace
 
 KINDS = ("touch", "position", "distance")
@@ -157,16 +158,13 @@ def _candidates(
     region = Region.of(machine.geometry)
     disc = Region.disc(region.center, region.radius, RINGS).places[:, :2].tolist()
 
-    def heights(place: Vector3) -> Vector3 | None:
-        """Return the reported heights, None if the platform cannot be there."""
-        try:
-            if workspace is not None:
-                workspace.check_position(place)
-            first, second, third = kinematics.inverse(place)
-        except KinematicsError:
-            return None
-        a, b, c = machine.height_offsets
-        return first - a, second - b, third - c
+    def reachable(places: Iterable[Vector3]) -> Iterator[tuple[Vector3, Vector3]]:
+        """Yield those where the platform can be, with the heights that are reported there."""
+        for place in places:
+            with suppress(KinematicsError):
+                if workspace is not None:
+                    workspace.check_position(place)
+                yield place, minus(kinematics.inverse(place), machine.height_offsets)
 
     plates = {one.plate.name: one.plate for one in measured if isinstance(one, Touch)}
     frames = {one.frame for one in measured if isinstance(one, MeasuredPosition)}
@@ -174,42 +172,25 @@ def _candidates(
     found: list[Proposal] = []
     if "touch" in kinds:
         for plate in plates.values() if plates else [Plate()]:
-            found += _touches(disc, plate, state, kinds["touch"], heights)
+            surface = state.plates.get(plate.name, np.zeros(3))
+            places = ((x, y, float(surface @ (1.0, x, y))) for x, y in disc)
+            for place, reported in reachable(places):
+                touch = Touch(reported, plate, kinds["touch"])
+                found.append(Proposal("touch", (place,), plate.name, touch))
     if "position" in kinds:
         for frame in sorted(frames) if frames else [BASE]:
-            for x, y in disc:
-                for z in levels:
-                    reported = heights((x, y, z))
-                    if reported is not None:
-                        seen = _seen((x, y, z), frame, state)
-                        one = MeasuredPosition(reported, seen, frame, kinds["position"])
-                        found.append(Proposal("position", ((x, y, z),), frame, one))
+            for place, reported in reachable((x, y, z) for x, y in disc for z in levels):
+                seen = _seen(place, frame, state)
+                one = MeasuredPosition(reported, seen, frame, kinds["position"])
+                found.append(Proposal("position", (place,), frame, one))
     if "distance" in kinds:
-        ends = [((x, y, levels[0]), heights((x, y, levels[0]))) for x, y in disc]
+        ends = reachable((x, y, levels[0]) for x, y in disc)
         for (start, low), (end, high) in combinations(ends, 2):
             length = float(np.hypot(end[0] - start[0], end[1] - start[1]))
             # A short distance says little for its standard deviation.
-            if low is not None and high is not None and length > 0.5 * region.radius:
+            if length > 0.5 * region.radius:
                 measurement = Distance(low, high, length, kinds["distance"])
                 found.append(Proposal("distance", (start, end), "", measurement))
-    return found
-
-
-def _touches(
-    disc: Iterable[tuple[float, float]],
-    plate: Plate,
-    state: State,
-    deviation: float,
-    heights: Callable[[Vector3], Vector3 | None],
-) -> list[Proposal]:
-    surface = state.plates.get(plate.name, np.zeros(3))
-    found = []
-    for x, y in disc:
-        place = (x, y, float(surface @ (1.0, x, y)))
-        reported = heights(place)
-        if reported is not None:
-            touch = Touch(reported, plate, deviation)
-            found.append(Proposal("touch", (place,), plate.name, touch))
     return found
 
 

@@ -157,9 +157,7 @@ def _mean(found: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 def _reason(one: Oscillation, modes: Sequence[tuple[Oscillation, int]]) -> NotKnown | None:
     """Return why something that was found is left out, beside the larger ``modes``."""
-    if one.frequency_deviation > MOST_FREQUENCY_DEVIATION * one.frequency:
-        return NotKnown.TOO_UNCERTAIN
-    if one.damping_deviation > MOST_DAMPING_DEVIATION:
+    if not one.is_certain:
         return NotKnown.TOO_UNCERTAIN
     if modes and one.amplitude < LEAST_AMPLITUDE * modes[0][0].amplitude:
         return NotKnown.TOO_SMALL

@@ -23,9 +23,11 @@ from tri_glide_kinematics.calibration.ringdown.decay import (
     Samples,
     cost,
     fitted,
+    pencils,
+    splits,
+    strongest,
 )
 from tri_glide_kinematics.calibration.ringdown.recording import Recording
-from tri_glide_kinematics.calibration.ringdown.starts import pencils, splits, strongest
 from tri_glide_kinematics.motion.shaping import Mode
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -148,6 +150,14 @@ class Oscillation:
     def amplitude(self) -> float:
         """Of all axes together, in the unit of the recording."""
         return math.hypot(*self.amplitudes)
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether its numbers are of use."""
+        return (
+            self.frequency_deviation <= MOST_FREQUENCY_DEVIATION * self.frequency
+            and self.damping_deviation <= MOST_DAMPING_DEVIATION
+        )
 
     @property
     def mode(self) -> Mode:
@@ -372,6 +382,7 @@ def _oscillations(
     """Return the oscillations of a fit, the largest first."""
     count, found = len(fit.poles), []
     threshold = _threshold(*samples.values.shape)
+    squares = float(np.square(fit.residuals / fit.noise).sum())
     covariance = fit.covariance if count else np.empty((0, 0))
     for place, pole in enumerate(fit.poles):
         rate, angular, natural = -pole.real, pole.imag, abs(pole)
@@ -387,6 +398,8 @@ def _oscillations(
         if np.isfinite(of_pole).all():
             variances = np.diag(by_rate_and_angular @ of_pole @ by_rate_and_angular.T)
         deviations = np.sqrt(excess[place] * variances)
+        # The sum of squares, in variances, that is left without this pole.
+        without = cost(samples, np.delete(fit.poles, place), fit.noise)
         amplitudes = np.zeros(len(moving), dtype=np.complex128)
         amplitudes[moving] = fit.amplitudes[place]
         found.append(
@@ -398,16 +411,10 @@ def _oscillations(
                 amplitudes=tuple(np.abs(amplitudes).tolist()),
                 phases=tuple(np.angle(amplitudes).tolist()),
                 resolution=_resolution(samples, fit, place),
-                evidence=float(_explained(samples, fit, place) / (threshold * excess[place])),
+                evidence=(without - squares) / (threshold * float(excess[place])),
             )
         )
     return sorted(found, key=lambda each: -each.amplitude)
-
-
-def _explained(samples: Samples, fit: DecayFit, place: int) -> float:
-    """Return by how much one pole of a fit lessens the sum of squares, in variances."""
-    with_it = float(np.square(fit.residuals / fit.noise).sum())
-    return cost(samples, np.delete(fit.poles, place), fit.noise) - with_it
 
 
 def _resolution(samples: Samples, fit: DecayFit, place: int) -> float:
@@ -451,11 +458,7 @@ def _reason(
 ) -> NotKnown | None:
     """Return why an oscillation is no mode, whatever the others are; None if it is one."""
     swings = one.frequency * math.sqrt(1.0 - one.damping**2)
-    frequency, damping = one.frequency_deviation, one.damping_deviation
     near = [each for each in oscillations if each is not one and _are_near(one, each)]
-    is_certain = (
-        frequency <= MOST_FREQUENCY_DEVIATION * one.frequency and damping <= MOST_DAMPING_DEVIATION
-    )
     if one.evidence < margin:
         return NotKnown.ONLY_NOISE
     if one.damping > MOST_DAMPING:
@@ -466,14 +469,11 @@ def _reason(
         return NotKnown.SAMPLED_TOO_SLOWLY
     if any(_is_harmonic(one, each) for each in oscillations):
         return NotKnown.HARMONIC
-    if not is_certain:
-        near = [each for each in oscillations if each is not one and _are_near(one, each)]
+    if not one.is_certain:
         return NotKnown.TOO_NEAR if near else NotKnown.TOO_UNCERTAIN
-    if any(
-        _are_near(one, each) and _are_alike(one, each) for each in oscillations if each is not one
-    ):
+    if any(_are_alike(one, each) for each in near):
         return NotKnown.TOO_NEAR
-    if one.damping < DECAY_DEVIATIONS * damping:
+    if one.damping < DECAY_DEVIATIONS * one.damping_deviation:
         return NotKnown.STEADY
     if not FREQUENCIES[0] <= one.frequency <= FREQUENCIES[1]:
         return NotKnown.OUT_OF_RANGE

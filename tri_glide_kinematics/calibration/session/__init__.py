@@ -24,13 +24,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.leading import Leading as Leading
     from tri_glide_kinematics.calibration.session.leading import LeadingError as LeadingError
     from tri_glide_kinematics.calibration.session.leading import MachineView as MachineView
-    from tri_glide_kinematics.calibration.session.outcome import NO_PLACE as NO_PLACE
-    from tri_glide_kinematics.calibration.session.outcome import NOT_SAID as NOT_SAID
-    from tri_glide_kinematics.calibration.session.outcome import parameter_text as parameter_text
-    from tri_glide_kinematics.calibration.session.outcome import proposed as proposed
-    from tri_glide_kinematics.calibration.session.outcome import save_parameters as save_parameters
-    from tri_glide_kinematics.calibration.session.outcome import solved as solved
-    from tri_glide_kinematics.calibration.session.outcome import workspace_of as workspace_of
     from tri_glide_kinematics.calibration.session.probing import BACK_TOLERANCE as BACK_TOLERANCE
     from tri_glide_kinematics.calibration.session.probing import LETTING_GO as LETTING_GO
     from tri_glide_kinematics.calibration.session.probing import LONGEST_STOP as LONGEST_STOP
@@ -38,6 +31,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.probing import ProbeDriver as ProbeDriver
     from tri_glide_kinematics.calibration.session.probing import ProbePhase as ProbePhase
     from tri_glide_kinematics.calibration.session.probing import ProbeSettings as ProbeSettings
+    from tri_glide_kinematics.calibration.session.session import NO_PLACE as NO_PLACE
+    from tri_glide_kinematics.calibration.session.session import NOT_SAID as NOT_SAID
     from tri_glide_kinematics.calibration.session.session import Deviations as Deviations
     from tri_glide_kinematics.calibration.session.session import SavingError as SavingError
     from tri_glide_kinematics.calibration.session.session import Session as Session
@@ -47,6 +42,11 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.session import (
         new_session_file as new_session_file,
     )
+    from tri_glide_kinematics.calibration.session.session import parameter_text as parameter_text
+    from tri_glide_kinematics.calibration.session.session import proposed as proposed
+    from tri_glide_kinematics.calibration.session.session import save_parameters as save_parameters
+    from tri_glide_kinematics.calibration.session.session import solved as solved
+    from tri_glide_kinematics.calibration.session.session import workspace_of as workspace_of
     from tri_glide_kinematics.calibration.session.swinging import ACCELEROMETER as ACCELEROMETER
     from tri_glide_kinematics.calibration.session.swinging import STOPS as STOPS
     from tri_glide_kinematics.calibration.session.swinging import IkSettings as IkSettings

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, combined, minus
 from tri_glide_kinematics.wording import number_text
 
 
@@ -24,14 +24,20 @@ RESTING_TIME = 0.2
 FEWEST = 3
 
 
+class _Sample(NamedTuple):
+    """Measured heights, with their times by our own clock and by that of the machine."""
+
+    received: float
+    stamp: float
+    heights: Vector3
+
+
 class HeightRecord:
     """Measured heights with their times, by the clock of the machine and by our own."""
 
     def __init__(self) -> None:
         """Hold nothing yet."""
-        self._received: deque[float] = deque()
-        self._stamps: deque[float] = deque()
-        self._heights: deque[Vector3] = deque()
+        self._samples: deque[_Sample] = deque()
 
     def add(self, heights: Vector3, stamp: float, now: float) -> None:
         """Take in a measurement.
@@ -43,18 +49,13 @@ class HeightRecord:
         """
         if not all(map(math.isfinite, heights)):
             return
-        if self._stamps and stamp <= self._stamps[-1]:
+        samples = self._samples
+        if samples and stamp <= samples[-1].stamp:
             # The clock was set back: what was before has no place in time any more.
-            self._received.clear()
-            self._stamps.clear()
-            self._heights.clear()
-        self._received.append(now)
-        self._stamps.append(stamp)
-        self._heights.append(heights)
-        while self._received[0] < now - KEPT:
-            self._received.popleft()
-            self._stamps.popleft()
-            self._heights.popleft()
+            samples.clear()
+        samples.append(_Sample(now, stamp, heights))
+        while samples[0].received < now - KEPT:
+            samples.popleft()
 
     def resting(self, now: float) -> Vector3:
         """Return the mean heights of the last moments, in which nothing moved. Shape (3,) [m].
@@ -62,12 +63,9 @@ class HeightRecord:
         Raises:
             RecordingError: if there are no measurements, or the sliders move.
         """
-        recent = [
-            heights
-            for heights, received in zip(reversed(self._heights), reversed(self._received))
-            if received > now - RESTING_TIME
-        ]
-        if len(recent) < FEWEST or self._received[0] > now - RESTING_TIME:
+        begin = now - RESTING_TIME
+        recent = [each.heights for each in reversed(self._samples) if each.received > begin]
+        if len(recent) < FEWEST or self._samples[0].received > begin:
             raise RecordingError(
                 f"{len(recent)} measured heights in the last {RESTING_TIME:g} s, "
                 f"at least {FEWEST} are needed"
@@ -88,25 +86,16 @@ class HeightRecord:
         Raises:
             RecordingError: if no measurements from before and after that time are there.
         """
-        if not self._stamps or not self._stamps[0] <= stamp <= self._stamps[-1]:
+        samples = self._samples
+        if not samples or not samples[0].stamp <= stamp <= samples[-1].stamp:
             raise RecordingError(
                 "no measured heights from before and after the contact: are the clocks of the "
                 "drives and of the switch the same?"
             )
         # From the newest on, as a contact is not long ago.
-        index = len(self._stamps) - 1
-        while index > 1 and self._stamps[index - 1] > stamp:
+        index = len(samples) - 1
+        while index > 1 and samples[index - 1].stamp > stamp:
             index -= 1
-        return _between(
-            (self._stamps[index - 1], self._heights[index - 1]),
-            (self._stamps[index], self._heights[index]),
-            stamp,
-        )
-
-
-def _between(
-    before: tuple[float, Sequence[float]], after: tuple[float, Sequence[float]], stamp: float
-) -> Vector3:
-    part = (stamp - before[0]) / (after[0] - before[0]) if after[0] > before[0] else 1.0
-    h1, h2, h3 = (low + part * (high - low) for low, high in zip(before[1], after[1]))
-    return h1, h2, h3
+        (_, begin, low), (_, end, high) = samples[index - 1], samples[index]
+        part = (stamp - begin) / (end - begin) if end > begin else 1.0
+        return combined(1.0, low, part, minus(high, low))

@@ -27,7 +27,7 @@ from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.motion.engine import GoalCode, Outcome
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.simulation import TrueMachine
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, combined
 from tri_glide_kinematics.wording import number_text, vector_text
 from tri_glide_kinematics.workspace import Workspace
 
@@ -139,7 +139,7 @@ def swing_moves(
         size = settings.length / math.hypot(*direction)
         before = place
         for part in STOPS:
-            target = _along(place, direction, part * size)
+            target = combined(1.0, place, part * size, direction)
             moves.append(_checked_move(workspace, before, target, True))
             before = target
     return tuple(moves)
@@ -150,11 +150,6 @@ def _checked_move(
 ) -> SwingMove:
     workspace.check_segment(start, target)
     return SwingMove(target, workspace.machine.inverse(target), is_recorded)
-
-
-def _along(place: Vector3, direction: Vector3, way: float) -> Vector3:
-    x, y, z = (start + way * part for start, part in zip(place, direction))
-    return x, y, z
 
 
 class SwingPhase(Enum):
