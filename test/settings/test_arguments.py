@@ -4,16 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tri_glide_kinematics.settings import (
-    FK_NODE,
-    ArgumentError,
-    check_arguments,
-    help_text,
-    help_wanted,
-    in_words,
-    parameter_files,
-    parameter_rules,
-)
+from tri_glide_kinematics.settings import FK_NODE, check_arguments, help_text, help_wanted, in_words
+from tri_glide_kinematics.settings.arguments import ArgumentError, parameter_files, parameter_rules
 
 
 @pytest.mark.parametrize(

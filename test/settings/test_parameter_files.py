@@ -9,7 +9,6 @@ import pytest
 from tri_glide_kinematics.settings import (
     IK_NODE,
     ParameterError,
-    ParameterSource,
     check_names,
     check_sources,
     file_values,
@@ -17,6 +16,7 @@ from tri_glide_kinematics.settings import (
     sections_of,
     sources_of,
 )
+from tri_glide_kinematics.settings.arguments import ParameterSource
 
 PARAMETERS = "ros__parameters: {rate: 500.0}"
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tri_glide_kinematics.settings import NODES, document
+from tri_glide_kinematics.settings import NODES
+from tri_glide_kinematics.settings.tables import document
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 CONFIG = Path(__file__).parents[2] / "config" / "tri_glide.yaml"

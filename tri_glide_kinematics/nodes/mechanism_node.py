@@ -16,10 +16,10 @@ from tri_glide_interfaces.srv import (
 )
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
-from tri_glide_kinematics.ros.mechanisms import check_numbers
 from tri_glide_kinematics.ros.mechanisms import f_mechanism as f_mechanism_messages
 from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
 from tri_glide_kinematics.ros.mechanisms import landing_gear as landing_gear_messages
+from tri_glide_kinematics.ros.mechanisms.fields import check_numbers
 from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
 
 Fill = Callable[[Any, Any], None]

@@ -6,8 +6,6 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.settings.arguments import PARAMETERS_OF_ALL as PARAMETERS_OF_ALL
-    from tri_glide_kinematics.settings.arguments import ArgumentError as ArgumentError
-    from tri_glide_kinematics.settings.arguments import ParameterSource as ParameterSource
     from tri_glide_kinematics.settings.arguments import check_arguments as check_arguments
     from tri_glide_kinematics.settings.arguments import check_names as check_names
     from tri_glide_kinematics.settings.arguments import check_sources as check_sources
@@ -16,16 +14,12 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.arguments import help_wanted as help_wanted
     from tri_glide_kinematics.settings.arguments import in_words as in_words
     from tri_glide_kinematics.settings.arguments import is_for as is_for
-    from tri_glide_kinematics.settings.arguments import parameter_files as parameter_files
-    from tri_glide_kinematics.settings.arguments import parameter_rules as parameter_rules
     from tri_glide_kinematics.settings.arguments import sections_of as sections_of
     from tri_glide_kinematics.settings.arguments import sources_of as sources_of
     from tri_glide_kinematics.settings.table import Parameter as Parameter
     from tri_glide_kinematics.settings.table import ParameterError as ParameterError
     from tri_glide_kinematics.settings.table import Values as Values
     from tri_glide_kinematics.settings.table import change_text as change_text
-    from tri_glide_kinematics.settings.table import markdown_table as markdown_table
-    from tri_glide_kinematics.settings.table import plain_list as plain_list
     from tri_glide_kinematics.settings.table import start_text as start_text
     from tri_glide_kinematics.settings.tables import CALIBRATION_NODE as CALIBRATION_NODE
     from tri_glide_kinematics.settings.tables import FK_NODE as FK_NODE
@@ -35,7 +29,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.tables import NODES as NODES
     from tri_glide_kinematics.settings.tables import PANEL_NODE as PANEL_NODE
     from tri_glide_kinematics.settings.tables import SIMULATOR_NODE as SIMULATOR_NODE
-    from tri_glide_kinematics.settings.tables import document as document
     from tri_glide_kinematics.settings.values import check_joint_names as check_joint_names
     from tri_glide_kinematics.settings.values import check_travel as check_travel
     from tri_glide_kinematics.settings.values import description_of as description_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 
-from tri_glide_kinematics.panel.machine import Controls
+from tri_glide_kinematics.panel.machine.operator_requests import Controls
 
 
 def controls(*pages: int) -> Controls:

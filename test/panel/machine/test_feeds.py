@@ -13,16 +13,8 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Imu
 
 from tri_glide_interfaces.msg import MachineState, MotionState
-from tri_glide_kinematics.panel.machine import (
-    SILENCE,
-    STATE_SILENCE,
-    Feeds,
-    MotionFeed,
-    SteadyTimes,
-    SwingFeed,
-    feeds,
-    read_acceleration,
-)
+from tri_glide_kinematics.panel.machine import Feeds, MotionFeed, SteadyTimes, SwingFeed, feeds
+from tri_glide_kinematics.panel.machine.feeds import SILENCE, STATE_SILENCE, read_acceleration
 
 pytestmark = pytest.mark.nodes
 

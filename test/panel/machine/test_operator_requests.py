@@ -17,13 +17,13 @@ from viser import GuiEvent, ViserServer
 from testing.client import Probe
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.panel.machine import (
-    LATEST_ONLY,
     NOBODY,
     RENEWALS,
     MachineLink,
     OperatorRequests,
     OperatorsInput,
 )
+from tri_glide_kinematics.panel.machine.link import LATEST_ONLY
 
 pytestmark = pytest.mark.nodes
 

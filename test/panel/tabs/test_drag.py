@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.panel.tabs import Drag
+from tri_glide_kinematics.panel.tabs.live_view import Drag
 
 OPERATOR, OTHER = 0, 1
 HERE, THERE = (0.01, 0.0, 0.25), (-0.08, 0.0, 0.3)

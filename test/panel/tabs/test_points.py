@@ -16,10 +16,10 @@ from viser import GuiEvent
 
 from testing.client import Probe
 from tri_glide_kinematics.panel.machine import MachineLink, OperatorRequests
-from tri_glide_kinematics.panel.tabs import (
+from tri_glide_kinematics.panel.tabs import PointsTab
+from tri_glide_kinematics.panel.tabs.points_tab import (
     Point,
     PointsFileError,
-    PointsTab,
     load_points,
     save_points,
 )

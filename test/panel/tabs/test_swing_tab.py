@@ -22,7 +22,8 @@ from tri_glide_kinematics.panel.machine import (
     OperatorRequests,
     SwingFeed,
 )
-from tri_glide_kinematics.panel.tabs import Shaping, SwingTab
+from tri_glide_kinematics.panel.tabs import SwingTab
+from tri_glide_kinematics.panel.tabs.swing_tab import Shaping
 from tri_glide_kinematics.settings import IK_NODE
 from tri_glide_kinematics.simulation import PlatformMode, SimulatedSwing, SwingModel
 

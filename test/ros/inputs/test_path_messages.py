@@ -26,7 +26,8 @@ from tri_glide_kinematics.motion.path import (
     TooManySegmentsError,
     polyline_from,
 )
-from tri_glide_kinematics.ros.inputs import AT_A_TIME, flat_path, path_outputs, path_points
+from tri_glide_kinematics.ros.inputs import path_points
+from tri_glide_kinematics.ros.inputs.path_messages import AT_A_TIME, flat_path, path_outputs
 from tri_glide_kinematics.ros.messages import RefusedMessageError
 
 BASE = "tri_glide_base"

@@ -13,7 +13,8 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.inputs import MOST_LAYOUTS, SliderMeasurements, slider_measurements
+from tri_glide_kinematics.ros.inputs import SliderMeasurements, slider_measurements
+from tri_glide_kinematics.ros.inputs.slider_measurements import MOST_LAYOUTS
 from tri_glide_kinematics.ros.messages import RefusedMessageError
 
 NAMES = ["slider_1", "slider_2", "slider_3"]

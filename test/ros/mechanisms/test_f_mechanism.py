@@ -17,8 +17,8 @@ from tri_glide_kinematics.mechanisms.f_mechanism import (
     EventKind,
     SelfMotionError,
 )
-from tri_glide_kinematics.ros.mechanisms import RefusedRequestError
 from tri_glide_kinematics.ros.mechanisms import f_mechanism as f_mechanism_messages
+from tri_glide_kinematics.ros.mechanisms.fields import RefusedRequestError
 
 
 def message_of(mechanism):

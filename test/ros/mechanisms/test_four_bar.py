@@ -26,8 +26,8 @@ from tri_glide_kinematics.mechanisms.four_bar import (
     GrashofClass,
     NotAssemblableError,
 )
-from tri_glide_kinematics.ros.mechanisms import RefusedRequestError
 from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
+from tri_glide_kinematics.ros.mechanisms.fields import RefusedRequestError
 
 OPEN, CROSSED = FourBarPose.OPEN, FourBarPose.CROSSED
 

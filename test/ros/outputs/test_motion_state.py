@@ -15,7 +15,8 @@ from rclpy.serialization import serialize_message
 from testing.taking import taken
 from tri_glide_interfaces.msg import MotionState
 from tri_glide_kinematics.motion.limits import SliderState
-from tri_glide_kinematics.ros.outputs import NEWEST, Motion, MotionStates, read_motion
+from tri_glide_kinematics.ros.outputs import Motion, MotionStates, read_motion
+from tri_glide_kinematics.ros.outputs.motion_state import NEWEST
 
 pytestmark = pytest.mark.nodes
 

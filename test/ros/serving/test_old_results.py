@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 
 from tri_glide_interfaces.action import FollowPath
-from tri_glide_kinematics.ros.serving import MOST, OldResults
+from tri_glide_kinematics.ros.serving.action_server import MOST, OldResults
 
 RESULT = FollowPath.Impl.GetResultService.Response
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from tri_glide_kinematics.ros.serving import (
+from tri_glide_kinematics.ros.serving import patient_services
+from tri_glide_kinematics.ros.serving.patient_services import (
     AT_ONCE,
     QUIET,
     SPACING,
     SPACING_IN_BURST,
     SPACING_PER_CLIENT,
-    patient_services,
 )
 
 # What a client keeps by default.

@@ -9,14 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tri_glide_kinematics.ros.starting import (
-    MIDDLEWARE_VARIABLES,
-    TransportError,
-    choose_transport,
-    profile,
-    profile_sources,
-    transport_of,
-)
+from tri_glide_kinematics.ros.starting import MIDDLEWARE_VARIABLES, choose_transport, transport_of
+from tri_glide_kinematics.ros.starting.transport import TransportError, profile, profile_sources
 
 SOURCES = profile_sources()
 READ, FILE = SOURCES.variables[0], SOURCES.file

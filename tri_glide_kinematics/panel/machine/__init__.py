@@ -5,34 +5,23 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.panel.machine.button_jogs import LONGEST_GAP as LONGEST_GAP
     from tri_glide_kinematics.panel.machine.button_jogs import RENEWALS as RENEWALS
-    from tri_glide_kinematics.panel.machine.button_jogs import STEP_PATIENCE as STEP_PATIENCE
-    from tri_glide_kinematics.panel.machine.button_jogs import HeldJog as HeldJog
     from tri_glide_kinematics.panel.machine.button_jogs import JogWatch as JogWatch
     from tri_glide_kinematics.panel.machine.button_jogs import Steps as Steps
     from tri_glide_kinematics.panel.machine.facts import NAMES as NAMES
     from tri_glide_kinematics.panel.machine.facts import Bounds as Bounds
     from tri_glide_kinematics.panel.machine.facts import MachineFacts as MachineFacts
     from tri_glide_kinematics.panel.machine.feeds import LARGEST_LAG as LARGEST_LAG
-    from tri_glide_kinematics.panel.machine.feeds import SILENCE as SILENCE
-    from tri_glide_kinematics.panel.machine.feeds import STATE_SILENCE as STATE_SILENCE
     from tri_glide_kinematics.panel.machine.feeds import Feeds as Feeds
     from tri_glide_kinematics.panel.machine.feeds import MotionFeed as MotionFeed
     from tri_glide_kinematics.panel.machine.feeds import SteadyTimes as SteadyTimes
     from tri_glide_kinematics.panel.machine.feeds import SwingFeed as SwingFeed
-    from tri_glide_kinematics.panel.machine.feeds import read_acceleration as read_acceleration
-    from tri_glide_kinematics.panel.machine.link import LATEST_ONLY as LATEST_ONLY
     from tri_glide_kinematics.panel.machine.link import NOBODY as NOBODY
     from tri_glide_kinematics.panel.machine.link import TABLE as TABLE
     from tri_glide_kinematics.panel.machine.link import Identity as Identity
     from tri_glide_kinematics.panel.machine.link import MachineLink as MachineLink
     from tri_glide_kinematics.panel.machine.link import NewestWish as NewestWish
-    from tri_glide_kinematics.panel.machine.message_history import KEPT as KEPT
-    from tri_glide_kinematics.panel.machine.message_history import LONGEST as LONGEST
     from tri_glide_kinematics.panel.machine.message_history import Entry as Entry
-    from tri_glide_kinematics.panel.machine.message_history import MessageHistory as MessageHistory
-    from tri_glide_kinematics.panel.machine.operator_requests import Controls as Controls
     from tri_glide_kinematics.panel.machine.operator_requests import Event as Event
     from tri_glide_kinematics.panel.machine.operator_requests import (
         OperatorRequests as OperatorRequests,
@@ -42,13 +31,9 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.panel.machine.operator_requests import PagesBar as PagesBar
     from tri_glide_kinematics.panel.machine.operator_requests import pages_text as pages_text
-    from tri_glide_kinematics.panel.machine.status import CAUSES as CAUSES
-    from tri_glide_kinematics.panel.machine.status import COLORS as COLORS
     from tri_glide_kinematics.panel.machine.status import FAULT as FAULT
     from tri_glide_kinematics.panel.machine.status import READY as READY
-    from tri_glide_kinematics.panel.machine.status import REFUSALS as REFUSALS
     from tri_glide_kinematics.panel.machine.status import WARNING as WARNING
-    from tri_glide_kinematics.panel.machine.status import MachineStatus as MachineStatus
     from tri_glide_kinematics.panel.machine.status import clock_text as clock_text
     from tri_glide_kinematics.panel.machine.status import outside_text as outside_text
 

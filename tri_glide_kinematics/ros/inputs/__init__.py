@@ -8,11 +8,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.inputs.machine_requests import NODE_ENDS as NODE_ENDS
     from tri_glide_kinematics.ros.inputs.machine_requests import MachineServices as MachineServices
     from tri_glide_kinematics.ros.inputs.machine_requests import MotionActions as MotionActions
-    from tri_glide_kinematics.ros.inputs.path_messages import AT_A_TIME as AT_A_TIME
-    from tri_glide_kinematics.ros.inputs.path_messages import flat_path as flat_path
-    from tri_glide_kinematics.ros.inputs.path_messages import path_outputs as path_outputs
     from tri_glide_kinematics.ros.inputs.path_messages import path_points as path_points
-    from tri_glide_kinematics.ros.inputs.slider_measurements import MOST_LAYOUTS as MOST_LAYOUTS
     from tri_glide_kinematics.ros.inputs.slider_measurements import (
         SliderMeasurements as SliderMeasurements,
     )

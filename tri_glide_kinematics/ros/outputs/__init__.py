@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.outputs.diagnostics import (
         DiagnosticsPublisher as DiagnosticsPublisher,
     )
-    from tri_glide_kinematics.ros.outputs.diagnostics import status_message as status_message
     from tri_glide_kinematics.ros.outputs.machine_state import LATCHED as LATCHED
     from tri_glide_kinematics.ros.outputs.machine_state import STATES as STATES
     from tri_glide_kinematics.ros.outputs.machine_state import StateReports as StateReports
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.ros.outputs.markers import PROGRAMMED as PROGRAMMED
     from tri_glide_kinematics.ros.outputs.markers import TARGET as TARGET
     from tri_glide_kinematics.ros.outputs.markers import Markers as Markers
-    from tri_glide_kinematics.ros.outputs.motion_state import NEWEST as NEWEST
     from tri_glide_kinematics.ros.outputs.motion_state import Motion as Motion
     from tri_glide_kinematics.ros.outputs.motion_state import MotionStates as MotionStates
     from tri_glide_kinematics.ros.outputs.motion_state import read_motion as read_motion

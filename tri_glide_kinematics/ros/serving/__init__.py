@@ -5,20 +5,9 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.ros.serving.action_server import MOST as MOST
     from tri_glide_kinematics.ros.serving.action_server import ActionServer as ActionServer
     from tri_glide_kinematics.ros.serving.action_server import GoalEnd as GoalEnd
-    from tri_glide_kinematics.ros.serving.action_server import OldResults as OldResults
-    from tri_glide_kinematics.ros.serving.patient_services import AT_ONCE as AT_ONCE
     from tri_glide_kinematics.ros.serving.patient_services import CALLS as CALLS
-    from tri_glide_kinematics.ros.serving.patient_services import QUIET as QUIET
-    from tri_glide_kinematics.ros.serving.patient_services import SPACING as SPACING
-    from tri_glide_kinematics.ros.serving.patient_services import (
-        SPACING_IN_BURST as SPACING_IN_BURST,
-    )
-    from tri_glide_kinematics.ros.serving.patient_services import (
-        SPACING_PER_CLIENT as SPACING_PER_CLIENT,
-    )
     from tri_glide_kinematics.ros.serving.patient_services import Answers as Answers
     from tri_glide_kinematics.ros.serving.patient_services import PatientServices as PatientServices
 

@@ -27,10 +27,7 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.ros.starting.transport import RANGE as RANGE
     from tri_glide_kinematics.ros.starting.transport import VARIABLE as VARIABLE
-    from tri_glide_kinematics.ros.starting.transport import TransportError as TransportError
     from tri_glide_kinematics.ros.starting.transport import choose_transport as choose_transport
-    from tri_glide_kinematics.ros.starting.transport import profile as profile
-    from tri_glide_kinematics.ros.starting.transport import profile_sources as profile_sources
     from tri_glide_kinematics.ros.starting.transport import transport_of as transport_of
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
