@@ -20,8 +20,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
-from benchmarks.bench_smoothness import LOWER, MACHINE, UPPER, WORKSPACE
+from benchmarks.bench_smoothness import LOWER, UPPER
 from benchmarks.command_line import numbers
+from benchmarks.judge import MACHINE, WORKSPACE
 from benchmarks.table import print_lines
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.motion import (

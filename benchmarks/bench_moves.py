@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from ruckig import Synchronization
 
-from benchmarks.judge import LIMITS, WIDE
-from benchmarks.linear_moves import random_moves
+from benchmarks.judge import LIMITS, MACHINE
+from benchmarks.linear_moves import WORKSPACE, random_moves
 from benchmarks.table import print_lines
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
@@ -53,12 +53,7 @@ from tri_glide_kinematics.motion.trajectory import (
     total_duration,
     with_knots_of,
 )
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Workspace
-
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-WORKSPACE = Workspace(MACHINE, WIDE)
 
 # Of the best of 1,000 random ways.
 LARGEST_MEDIAN = 1.1

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.judge import (
+    CONFIGURED,
     UNEQUAL,
     UNEQUAL_LIMITS,
     WIDE,
@@ -39,7 +40,7 @@ from tri_glide_kinematics.motion import (
 from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.workspace import Workspace
 
 STATES = 500
 SEED = 1
@@ -53,10 +54,9 @@ LARGEST_RATIO = 2.0
 TWIST_PERIOD = 0.06  # s between two changes of a twist
 
 # The machine of config/tri_glide.yaml, the same with unequal limits, and one of unequal arms.
-AS_CONFIGURED = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
 MACHINES = (
-    Scenario(MotionKind.LINEAR, PERIOD, DEFAULT_GEOMETRY, AS_CONFIGURED),
-    Scenario(MotionKind.LINEAR, PERIOD, DEFAULT_GEOMETRY, AS_CONFIGURED, UNEQUAL_LIMITS),
+    Scenario(MotionKind.LINEAR, PERIOD, DEFAULT_GEOMETRY, CONFIGURED),
+    Scenario(MotionKind.LINEAR, PERIOD, DEFAULT_GEOMETRY, CONFIGURED, UNEQUAL_LIMITS),
     Scenario(MotionKind.LINEAR, PERIOD, UNEQUAL, WIDE, UNEQUAL_LIMITS),
 )
 

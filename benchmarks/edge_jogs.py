@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.judge import LIMITS
-from benchmarks.linear_moves import MACHINE, WORKSPACE
+from benchmarks.judge import LIMITS, MACHINE
+from benchmarks.linear_moves import WORKSPACE
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, NoRoomError
 from tri_glide_kinematics.vectors import FloatArray
