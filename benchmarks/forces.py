@@ -6,7 +6,6 @@ with MuJoCo is in ``benchmarks/mujoco_forces.py``.
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Iterator
 
@@ -38,12 +37,11 @@ CALLS, REPEATS = 20_000, 15
 POSES = 1_000_000
 
 
-def main() -> int:
+def main() -> None:
     """Measure and print the table."""
     count = numbers(__doc__, count=(200, "recordings of each kind")).count
     print(description(), flush=True)
     print_rows("forces", rows(count))
-    return 0
 
 
 def rows(count: int) -> Iterator[Row]:
@@ -123,4 +121,4 @@ def _identified(
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()
