@@ -28,6 +28,7 @@ from benchmarks.judge import (
     Scenario,
 )
 from benchmarks.random_paths import random_path
+from benchmarks.soak import random_place
 from benchmarks.table import print_lines
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
@@ -77,13 +78,7 @@ class Drive:
 
     def place(self) -> Vector3:
         """Return a random place of the workspace [m]."""
-        while True:
-            x, y, z = self.rng.uniform((-0.25, -0.25, -0.1), (0.25, 0.25, 0.6)).tolist()
-            try:
-                self.workspace.check_position((x, y, z))
-            except KinematicsError:
-                continue
-            return x, y, z
+        return random_place(self.rng, self.workspace, (-0.25, -0.25, -0.1), (0.25, 0.25, 0.6))
 
     def velocity(self) -> list[float]:
         """Return a random velocity of the platform of 0.02 to 1 m/s."""

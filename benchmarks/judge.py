@@ -107,10 +107,9 @@ class Findings:
         peaks: largest finite differences as a part of their limits: velocity, acceleration, jerk.
         travel: largest overrun of slider travel; negative if never reached [m].
         place: largest overrun of the other limits of the workspace [m].
-        idle: part of the steps in which nothing moved.
+        still: how many of the steps moved nothing.
         violations: descriptions of the first few.
         plans: how many were made, where this is counted.
-        slowest: longest call of a command or step [s].
     """
 
     steps: int = 0
