@@ -17,9 +17,9 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from benchmarks.bench_smoothness import LOWER, MACHINE, MOST_STEPS, UPPER, WORKSPACE, started
+from benchmarks.bench_smoothness import LOWER, MOST_STEPS, UPPER, started
 from benchmarks.command_line import numbers
-from benchmarks.judge import LIMITS
+from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
 from benchmarks.random_paths import random_path
 from benchmarks.table import print_lines
 from testing.swing_behind import left_behind, settled_at

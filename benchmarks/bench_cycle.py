@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 
 from benchmarks.harness import Figure, Missing, NoAnswerError, attempt, figure
@@ -83,7 +84,8 @@ def _ik_node(role: str, remaps: tuple[str, ...]) -> tuple[Times, Times]:
         )
         # The simulator listens to ours: so each publishes to one that listens.
         _listen(running, JointState, f"{BARE}/joint_commands")
-        _wait_for_first(running, JointState, f"{OURS}/joint_commands")
+        first = _listen(running, JointState, f"{OURS}/joint_commands")
+        running.probe.destroy_subscription(first)
         publisher = running.probe.create_publisher(PoseStamped, f"{OURS}/target_pose", 10)
         message = PoseStamped()
         count = 0
@@ -138,20 +140,14 @@ def _start_bare(running: Session, role: str, remaps: tuple[str, ...]) -> int:
     return running.start_module("benchmarks.bare_nodes", arguments, role, BARE, remaps)
 
 
-def _listen(running: Session, kind: type, topic: str) -> None:
+def _listen(running: Session, kind: type, topic: str) -> Subscription:
     """Wait for a first message, and stay a listener: messages then come in, and nobody looks."""
-    received: list[Any] = []
-    running.probe.create_subscription(kind, topic, received.append, qos_profile_sensor_data)
-    running.spin_until(lambda: received, topic)
-
-
-def _wait_for_first(running: Session, kind: type, topic: str) -> None:
     received: list[Any] = []
     listener = running.probe.create_subscription(
         kind, topic, received.append, qos_profile_sensor_data
     )
     running.spin_until(lambda: received, topic)
-    running.probe.destroy_subscription(listener)
+    return listener
 
 
 def _watch(

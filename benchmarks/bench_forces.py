@@ -13,15 +13,16 @@ benchmarks has.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
 
-from benchmarks.bench_smoothness import LOWER, MACHINE, UPPER, WORKSPACE
+from benchmarks.bench_smoothness import LOWER, UPPER
 from benchmarks.command_line import numbers
+from benchmarks.judge import MACHINE, WORKSPACE
 from benchmarks.table import print_lines
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.motion import (
@@ -87,6 +88,26 @@ def constant_acceleration() -> float:
     return float(((FORCE - np.abs(held)) / np.abs(accelerated).sum(axis=0)).min())
 
 
+def driven_by(
+    jerks: FloatArray, step: float, begin: Sequence[FloatArray] | FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return ways, velocities and accelerations at the begin and the end of each step.
+
+    Args:
+        jerks: constant in each step. Shape (n,) or (n, 3).
+        step: length of each [s].
+        begin: way, velocity and acceleration at the begin.
+    """
+
+    def joined(first: FloatArray, changes: FloatArray) -> FloatArray:
+        return first + np.concatenate((np.zeros_like(changes[:1]), np.cumsum(changes, axis=0)))
+
+    way, velocity, acceleration = begin
+    a = joined(acceleration, jerks * step)
+    v = joined(velocity, step * (a[:-1] + 0.5 * step * jerks))
+    return joined(way, step * (v[:-1] + step * (0.5 * a[:-1] + step * jerks / 6.0))), v, a
+
+
 def optimum(start: FloatArray, end: FloatArray, guess: Trajectory) -> float:
     """Return the least time along a straight line that another method finds [s].
 
@@ -104,19 +125,7 @@ def optimum(start: FloatArray, end: FloatArray, guess: Trajectory) -> float:
 
     def motion(numbers: FloatArray) -> tuple[FloatArray, ...]:
         time, jerks = numbers[-1], numbers[:-1] * (way / numbers[-1] ** 3)
-        step = time / INTERVALS
-        accelerations = np.concatenate(((0.0,), np.cumsum(jerks * step)))
-        speeds = np.concatenate(
-            ((0.0,), np.cumsum(step * (accelerations[:-1] + 0.5 * step * jerks)))
-        )
-        ways = np.concatenate(
-            (
-                (0.0,),
-                np.cumsum(
-                    step * (speeds[:-1] + step * (0.5 * accelerations[:-1] + step * jerks / 6.0))
-                ),
-            )
-        )
+        ways, speeds, accelerations = driven_by(jerks, time / INTERVALS, np.zeros(3))
         t, jerk = since * time, jerks[owner]
         a, v = accelerations[owner], speeds[owner]
         return (

@@ -8,12 +8,10 @@ from dataclasses import replace
 from ruckig import InputParameter, OutputParameter, Ruckig, Trajectory
 
 from benchmarks.harness import Figure, Work, compare, pinned_to_one_core
-from benchmarks.judge import LIMITS
+from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 START: Vector3 = (-0.06, -0.05, 0.22)  # m
 END: Vector3 = (0.07, 0.05, 0.28)  # m
@@ -30,25 +28,24 @@ SHAPED = 3e-6
 
 def figures() -> Iterator[Figure]:
     """Measure one row after the other."""
-    machine = TriGlide(DEFAULT_GEOMETRY)
     with pinned_to_one_core():
         for kind, goal in GOALS.items():
-            engine = _engine(machine, kind, SLOW_LIMITS)
+            engine = _engine(kind, SLOW_LIMITS)
             engine.move_to(END)
             yield compare(
                 f"motion engine, one step, {kind.value} motion",
                 STEP,
                 Work(engine.step, PERIOD),
-                Work(_bare_step(machine)),
+                Work(_bare_step()),
                 goal,
             )
             yield compare(
                 "the same",
                 "Ruckig.update and pass_to_input, results read",
                 Work(engine.step, PERIOD),
-                Work(_bare_step(machine, read=True)),
+                Work(_bare_step(read=True)),
             )
-            shaped = _engine(machine, kind, SLOW_LIMITS)
+            shaped = _engine(kind, SLOW_LIMITS)
             shaped.set_shaper(SHAPER)
             shaped.move_to(END)
             row = compare(
@@ -59,26 +56,25 @@ def figures() -> Iterator[Figure]:
             )
             yield replace(row, more=SHAPED)
         for kind in GOALS:
-            engine = _engine(machine, kind, LIMITS)
+            engine = _engine(kind, LIMITS)
             yield compare(
                 f"motion engine, a whole move planned and checked, {kind.value} motion",
                 "Ruckig.calculate",
-                Work(_restarted_move(engine, machine)),
-                Work(_bare_plan(machine)),
+                Work(_restarted_move(engine)),
+                Work(_bare_plan()),
             )
 
 
-def _engine(machine: TriGlide, kind: MotionKind, limits: SliderLimits) -> MotionEngine:
+def _engine(kind: MotionKind, limits: SliderLimits) -> MotionEngine:
     """Return an engine that rests at ``START``."""
-    bounds = WorkspaceLimits((0.3, 0.3, 0.3), (0.9, 0.9, 0.9), 0.005, 6.0)
-    engine = MotionEngine(Workspace(machine, bounds), limits, kind=kind)
-    engine.start(machine.inverse(START))
+    engine = MotionEngine(WORKSPACE, limits, kind=kind)
+    engine.start(MACHINE.inverse(START))
     return engine
 
 
-def _restarted_move(engine: MotionEngine, machine: TriGlide) -> Callable[[], None]:
+def _restarted_move(engine: MotionEngine) -> Callable[[], None]:
     """Return the planning of a move from rest."""
-    heights = machine.inverse(START)
+    heights = MACHINE.inverse(START)
 
     def move() -> None:
         engine.start(heights)
@@ -87,25 +83,24 @@ def _restarted_move(engine: MotionEngine, machine: TriGlide) -> Callable[[], Non
     return move
 
 
-def _bare_input(machine: TriGlide, limits: SliderLimits) -> InputParameter:
+def _bare_input(limits: SliderLimits) -> InputParameter:
     given = InputParameter(3)
-    given.current_position = list(machine.inverse(START))
-    given.target_position = list(machine.inverse(END))
+    given.current_position = list(MACHINE.inverse(START))
+    given.target_position = list(MACHINE.inverse(END))
     given.max_velocity = list(limits.velocity)
     given.max_acceleration = list(limits.acceleration)
     given.max_jerk = list(limits.jerk)
     return given
 
 
-def _bare_step(machine: TriGlide, *, read: bool = False) -> Callable[[], object]:
+def _bare_step(*, read: bool = False) -> Callable[[], object]:
     """Return one step of the same motion by ruckig alone.
 
     Args:
-        machine: that moves.
         read: whether position, velocity and acceleration are asked for, as our step returns them.
     """
     generator, result = Ruckig(3, PERIOD), OutputParameter(3)
-    given = _bare_input(machine, SLOW_LIMITS)
+    given = _bare_input(SLOW_LIMITS)
     update, pass_to_input = generator.update, result.pass_to_input
 
     def step() -> None:
@@ -120,10 +115,10 @@ def _bare_step(machine: TriGlide, *, read: bool = False) -> Callable[[], object]
     return step_and_read if read else step
 
 
-def _bare_plan(machine: TriGlide) -> Callable[[], None]:
+def _bare_plan() -> Callable[[], None]:
     """Return the planning of the same move by ruckig alone."""
     generator, trajectory = Ruckig(3, PERIOD), Trajectory(3)
-    given = _bare_input(machine, LIMITS)
+    given = _bare_input(LIMITS)
 
     def plan() -> None:
         generator.calculate(given, trajectory)

@@ -21,11 +21,12 @@ from typing import NamedTuple
 import numpy as np
 from ruckig import Synchronization
 
-from benchmarks.judge import LIMITS, WIDE
-from benchmarks.linear_moves import random_moves
+from benchmarks.judge import LIMITS, MACHINE
+from benchmarks.linear_moves import WORKSPACE, random_moves
 from benchmarks.table import print_lines
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion import Trajectory
 from tri_glide_kinematics.motion.limits import AT_REST, SliderState
 from tri_glide_kinematics.motion.moves import (
     NORM,
@@ -53,12 +54,7 @@ from tri_glide_kinematics.motion.trajectory import (
     total_duration,
     with_knots_of,
 )
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Workspace
-
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-WORKSPACE = Workspace(MACHINE, WIDE)
 
 # Of the best of 1,000 random ways.
 LARGEST_MEDIAN = 1.1
@@ -115,11 +111,15 @@ def random_turns(count: int, seed: int, along: float = 0.25) -> Iterator[Turn]:
         yield Turn(state, tuple(target.tolist()), is_along)
 
 
+def _plan(turn: Turn) -> Trajectory:
+    """Return the planner's motion."""
+    planner = MotionPlanner(WORKSPACE, MotionKind.LINEAR)
+    return at_once(planner.move(turn.state, turn.target, LIMITS, WORKSPACE, moving=True))
+
+
 def planned(turn: Turn) -> float:
     """Return how long the planner's motion takes [s]."""
-    planner = MotionPlanner(WORKSPACE, MotionKind.LINEAR)
-    move = planner.move(turn.state, turn.target, LIMITS, WORKSPACE, moving=True)
-    return at_once(move).duration
+    return _plan(turn).duration
 
 
 def planned_over_optimum(turn: Turn) -> float | None:
@@ -132,8 +132,7 @@ def planned_over_optimum(turn: Turn) -> float | None:
         from benchmarks.references.path_optimum import least_time_onwards
     except ImportError:
         return None
-    planner = MotionPlanner(WORKSPACE, MotionKind.LINEAR)
-    plan = at_once(planner.move(turn.state, turn.target, LIMITS, WORKSPACE, moving=True))
+    plan = _plan(turn)
     if not isinstance(plan, LinePlan) or plan.blend is not None:
         return None
     path = PlatformPath.start(plan.line.start).line_to(turn.target)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.command_line import numbers
-from benchmarks.judge import LIMITS
+from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
 from benchmarks.references import square_optimum
 from benchmarks.table import Row, print_rows
 from testing.jerk_on_paths import chatter, circle, polyline, square
@@ -32,9 +32,8 @@ from tri_glide_kinematics.motion.trajectory import (
     TimeScaling,
     derivative_bounds,
 )
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 PERIOD = 0.001  # s, at which heights are differentiated
 SQUARE = np.array(
@@ -53,7 +52,6 @@ SPEEDS = (0.03, 0.05, 0.1, 0.2, 0.3, 0.4)  # m/s
 JERKS = (200.0, 1000.0, 5000.0, 20_000.0, 50_000.0, 100_000.0, 1e6)  # m/s^3
 COARSE_STEPS = (4, 20, 50, 300)  # ms
 COARSE_JERK = 5000.0  # m/s^3
-WORKSPACE = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
 LOWER, UPPER = (-0.12, -0.12, 0.25), (0.12, 0.12, 0.35)  # m
 
 
@@ -213,9 +211,9 @@ def _square_rows() -> Iterable[Row]:
     stopping = square_time(0.0)
     part = square_time(SQUARE_TOLERANCE) / stopping
     yield Row.at_most("time of a square of 40 mm, tolerance 1 mm, over that with stops", part, 0.75)
-    machine, tolerance = TriGlide(DEFAULT_GEOMETRY), SQUARE_TOLERANCE
+    tolerance = SQUARE_TOLERANCE
     for where, outside in (("inside", 0.0), ("on both sides of", tolerance)):
-        least = square_optimum.least_time(machine, SQUARE, LIMITS, tolerance, outside, SQUARE_STEPS)
+        least = square_optimum.least_time(MACHINE, SQUARE, LIMITS, tolerance, outside, SQUARE_STEPS)
         what = f"the same, the least of any path {where} the square, by a linear program"
         yield Row(what, f"{least / stopping:.3f}")
 
@@ -325,9 +323,8 @@ def _stepped(step: int) -> FloatArray:
         step: length of each step [ms].
     """
     limits = SliderLimits.uniform(1.0, 10.0, COARSE_JERK)
-    machine = TriGlide(DEFAULT_GEOMETRY)
-    moving = MotionEngine(Workspace(machine, WORKSPACE), limits)
-    moving.start(machine.inverse((0.04, 0.0, 0.3)))
+    moving = MotionEngine(WORKSPACE, limits)
+    moving.start(MACHINE.inverse((0.04, 0.0, 0.3)))
     moving.follow(circle(0.04))
     heights = [moving.state.heights]
     while moving.phase is not MotionPhase.IDLE:

@@ -21,7 +21,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from benchmarks import followed
-from benchmarks.judge import LIMITS
+from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
 from benchmarks.random_paths import random_path
 from benchmarks.table import print_lines
 from testing.jerk_on_paths import FAST, PERIOD, chatter_of, circle, polyline, square
@@ -33,12 +33,8 @@ from tri_glide_kinematics.motion import (
     MotionPhase,
     PlatformPath,
 )
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-WORKSPACE = Workspace(MACHINE, WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0))
 MIDDLE = (0.0, 0.0, 0.3)
 # Where moves begin and end [m].
 LOWER, UPPER = (-0.1, -0.1, 0.22), (0.1, 0.1, 0.36)

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.judge import (
+    CONFIGURED,
     UNEQUAL,
     UNEQUAL_LIMITS,
     WIDE,
@@ -27,6 +28,7 @@ from benchmarks.judge import (
     Scenario,
 )
 from benchmarks.random_paths import random_path
+from benchmarks.soak import random_place
 from benchmarks.table import print_lines
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
@@ -39,7 +41,7 @@ from tri_glide_kinematics.motion import (
 from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.workspace import Workspace
 
 STATES = 500
 SEED = 1
@@ -53,10 +55,9 @@ LARGEST_RATIO = 2.0
 TWIST_PERIOD = 0.06  # s between two changes of a twist
 
 # The machine of config/tri_glide.yaml, the same with unequal limits, and one of unequal arms.
-AS_CONFIGURED = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
 MACHINES = (
-    Scenario(MotionKind.LINEAR, PERIOD, DEFAULT_GEOMETRY, AS_CONFIGURED),
-    Scenario(MotionKind.LINEAR, PERIOD, DEFAULT_GEOMETRY, AS_CONFIGURED, UNEQUAL_LIMITS),
+    Scenario(MotionKind.LINEAR, PERIOD, DEFAULT_GEOMETRY, CONFIGURED),
+    Scenario(MotionKind.LINEAR, PERIOD, DEFAULT_GEOMETRY, CONFIGURED, UNEQUAL_LIMITS),
     Scenario(MotionKind.LINEAR, PERIOD, UNEQUAL, WIDE, UNEQUAL_LIMITS),
 )
 
@@ -77,13 +78,7 @@ class Drive:
 
     def place(self) -> Vector3:
         """Return a random place of the workspace [m]."""
-        while True:
-            x, y, z = self.rng.uniform((-0.25, -0.25, -0.1), (0.25, 0.25, 0.6)).tolist()
-            try:
-                self.workspace.check_position((x, y, z))
-            except KinematicsError:
-                continue
-            return x, y, z
+        return random_place(self.rng, self.workspace, (-0.25, -0.25, -0.1), (0.25, 0.25, 0.6))
 
     def velocity(self) -> list[float]:
         """Return a random velocity of the platform of 0.02 to 1 m/s."""

@@ -10,18 +10,14 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from benchmarks.judge import LIMITS
+from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
 from benchmarks.table import Row, print_rows
 from tri_glide_kinematics.motion import MotionEngine, SliderState
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 PERIOD = 0.002  # s
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-WORKSPACE = Workspace(MACHINE, WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0))
 PLACE = (0.0, 0.0, 0.3)
 SPEED = 0.1  # m/s of twists
 TWIST_PERIOD = 0.01  # s

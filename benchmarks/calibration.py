@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterator, Sequence
 
@@ -46,12 +45,11 @@ Places = Sequence[Sequence[Sequence[float]]]
 FREE = ("shifting along x", "shifting along y", "turning about z")
 
 
-def main() -> int:
+def main() -> None:
     """Measure and print the table."""
     options = numbers(__doc__, count=(1000, "machines"), seed=(1, "of machines and noise"))
     print(description(), flush=True)
     print_rows("calibration", rows(options.count, options.seed))
-    return 0
 
 
 def rows(count: int, seed: int) -> Iterator[Row]:
@@ -286,4 +284,4 @@ def _size(errors: FloatArray, unknown_height: bool) -> float:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

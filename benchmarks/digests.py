@@ -28,6 +28,7 @@ from rclpy.clock import Clock, ClockType
 from benchmarks import soak_controller, soak_motion
 from benchmarks.bench_paths import drive
 from benchmarks.judge import COARSE, SCENARIOS, Findings
+from benchmarks.machine import processor
 from testing.path_samples import random_path
 from tri_glide_kinematics.control import ControllerStatus, MotionProgress, line_of
 from tri_glide_kinematics.errors import KinematicsError
@@ -46,17 +47,10 @@ def environment() -> dict[str, str]:
     """Return what the last bits may depend on besides the code."""
     return {
         "python": ".".join(platform.python_version_tuple()[:2]),
-        "processor": _processor(),
+        "processor": processor(),
         "C library": " ".join(platform.libc_ver()),
         **{name: version(name) for name in LIBRARIES},
     }
-
-
-def _processor() -> str:
-    for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-        if line.startswith("model name"):
-            return line.partition(":")[2].strip()
-    return platform.machine()
 
 
 @dataclass

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.judge import LIMITS
-from benchmarks.linear_moves import MACHINE, WORKSPACE
+from benchmarks.judge import LIMITS, MACHINE
+from benchmarks.linear_moves import WORKSPACE
+from benchmarks.soak import random_place
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, NoRoomError
 from tri_glide_kinematics.vectors import FloatArray
@@ -50,12 +51,8 @@ def overrun(heights: FloatArray) -> float:
 
 def random_heights(rng: np.random.Generator) -> tuple[float, float, float]:
     """Return slider heights of a place inside the workspace."""
-    while True:
-        place = rng.uniform((-0.25, -0.25, -0.1), (0.25, 0.25, 0.6)).tolist()
-        try:
-            return WORKSPACE.check_position(place)
-        except KinematicsError:
-            continue
+    place = random_place(rng, WORKSPACE, (-0.25, -0.25, -0.1), (0.25, 0.25, 0.6))
+    return WORKSPACE.check_position(place)
 
 
 def random_twist(rng: np.random.Generator, slowest: float = 0.02) -> list[float]:

@@ -12,15 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.judge import LIMITS
+from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
 from testing.jerk_on_paths import COUNTS, FAST, PERIOD
 from tri_glide_kinematics.motion import MotionEngine
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-WORKSPACE = Workspace(MACHINE, WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0))
 HEIGHT, START, SEED = 0.3, (0.0, -0.05, 0.3), 3
 CAUGHT_UP = 1.0  # s until what follows is looked at
 SPEED = 0.1  # m/s of twists

@@ -6,7 +6,6 @@ with MuJoCo is in ``benchmarks/mujoco_forces.py``.
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Iterator
 
@@ -15,16 +14,13 @@ import numpy as np
 from benchmarks.bench_tri_glide import positions
 from benchmarks.command_line import numbers
 from benchmarks.harness import pinned_to_one_core
+from benchmarks.judge import MACHINE, WORKSPACE
 from benchmarks.machine import description
 from benchmarks.table import Row, print_rows
 from tri_glide_kinematics.calibration import exciting_moves
 from tri_glide_kinematics.dynamics import UNIFORM_ARMS, Masses, SliderForces, identify
 from tri_glide_kinematics.motion import SliderLimits
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-REGION = Workspace(MACHINE, WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0))
 SLOW = SliderLimits((1.0,) * 3, (10.0,) * 3, (200.0,) * 3)
 FAST = SliderLimits((2.0,) * 3, (40.0,) * 3, (5000.0,) * 3)
 MASSES = {
@@ -41,12 +37,11 @@ CALLS, REPEATS = 20_000, 15
 POSES = 1_000_000
 
 
-def main() -> int:
+def main() -> None:
     """Measure and print the table."""
     count = numbers(__doc__, count=(200, "recordings of each kind")).count
     print(description(), flush=True)
     print_rows("forces", rows(count))
-    return 0
 
 
 def rows(count: int) -> Iterator[Row]:
@@ -97,7 +92,7 @@ def _identified(
     masses = Masses.uniform(*sizes, coulomb=5.0, viscous=10.0)
     true = dict(zip(UNIFORM_ARMS, (*masses.carriages, 0.0, 0.0, 0.0, masses.platform)))
     true.update(zip(UNIFORM_ARMS[7:], (sizes[1],) * 3 + masses.coulomb + masses.viscous))
-    trajectory = exciting_moves(REGION, limits, DURATION).trajectory
+    trajectory = exciting_moves(WORKSPACE, limits, DURATION).trajectory
     motion = trajectory.sample(np.arange(0.0, trajectory.duration, STEP))[1:]
     efforts = SliderForces(MACHINE, masses).forces_batch(*motion)
     size = NOISE * np.abs(efforts).max()
@@ -126,4 +121,4 @@ def _identified(
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

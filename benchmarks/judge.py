@@ -20,13 +20,17 @@ from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits, overruns
+from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits, overruns
 
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 UNEQUAL = TriGlideGeometry(
     ((0.01, 0.21), (-0.18, -0.09), (0.165, -0.11)),
     (0.40, 0.42, 0.385),
 )
+# As in config/tri_glide.yaml.
+CONFIGURED = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
+WORKSPACE = Workspace(MACHINE, CONFIGURED)
 WIDE = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 20.0)
 NARROW = WorkspaceLimits(
     (0.35, 0.3, 0.32),
@@ -103,10 +107,9 @@ class Findings:
         peaks: largest finite differences as a part of their limits: velocity, acceleration, jerk.
         travel: largest overrun of slider travel; negative if never reached [m].
         place: largest overrun of the other limits of the workspace [m].
-        idle: part of the steps in which nothing moved.
+        still: how many of the steps moved nothing.
         violations: descriptions of the first few.
         plans: how many were made, where this is counted.
-        slowest: longest call of a command or step [s].
     """
 
     steps: int = 0

@@ -22,17 +22,15 @@ from functools import lru_cache
 import numpy as np
 
 from benchmarks.command_line import numbers
-from benchmarks.judge import LIMITS, WIDE
+from benchmarks.judge import LIMITS, MACHINE, WIDE
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse, are_within
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import LinearMotion
 from tri_glide_kinematics.motion.trajectory import StraightLine
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace
 
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
 WORKSPACE = Workspace(MACHINE, WIDE)
 
 DT = 0.001

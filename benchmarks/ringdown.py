@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -87,14 +86,13 @@ def tally(measuring: Measuring, ratios: tuple[float, float], count: int, seed: i
     return result
 
 
-def main() -> int:
+def main() -> None:
     """Measure and print the table."""
     options = numbers(
         __doc__, count=(200, "recordings of each kind"), seed=(1, "of modes and noise")
     )
     print(description(), flush=True)
     print_rows("ring-down", rows(options.count, options.seed))
-    return 0
 
 
 def rows(count: int, seed: int) -> Iterator[Row]:
@@ -161,4 +159,4 @@ def _is_covered(true: Mode, found: Oscillation) -> bool:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -11,6 +11,7 @@ from benchmarks.command_line import numbers
 from benchmarks.judge import SCENARIOS, Findings, Scenario
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 # Modes that are shaped for: frequencies [Hz], and the most damping.
@@ -47,9 +48,13 @@ class RandomActions:
             self._findings.commands[action.__name__.strip("_")] += 1
 
 
-def random_place(rng: np.random.Generator, workspace: Workspace) -> tuple[float, float, float]:
-    """Return a place inside the workspace [m]."""
-    lower, upper = (-0.3, -0.3, -0.2), (0.3, 0.3, 0.8)
+def random_place(
+    rng: np.random.Generator,
+    workspace: Workspace,
+    lower: Vector3 = (-0.3, -0.3, -0.2),
+    upper: Vector3 = (0.3, 0.3, 0.8),
+) -> Vector3:
+    """Return a place inside the workspace, and between two corners [m]."""
     while True:
         x, y, z = rng.uniform(lower, upper).tolist()
         try:

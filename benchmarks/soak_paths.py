@@ -27,7 +27,8 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.bench_paths import differences_of, drive
-from benchmarks.judge import LIMITS, WIDE
+from benchmarks.judge import LIMITS, MACHINE
+from benchmarks.linear_moves import WORKSPACE
 from benchmarks.soak import random_shaper
 from testing.driven_programs import DrivenProgram, drive_program
 from testing.path_samples import ROUNDING, Piece, distances, largest_part, random_path
@@ -46,17 +47,13 @@ from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING
 from tri_glide_kinematics.motion.path import PathPlaceError, PlatformPath, check_place
 from tri_glide_kinematics.motion.shaped import ShapedTrajectory
 from tri_glide_kinematics.programs import Dialect
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import Workspace
 
 # So large are paths [m]: most of them then are inside the workspace.
 SIZE = 0.06
 SAMPLES = 4000
 REPORT = 200
 STEP = 1e-3  # s
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-WORKSPACE = Workspace(MACHINE, WIDE)
 WITHOUT_PLAN = "without a plan"
 
 

@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize
 
+from benchmarks.bench_forces import driven_by
 from benchmarks.bench_stops import KINDS, MACHINES, PERIOD, Drive, own_stop
 from benchmarks.command_line import numbers
 from benchmarks.soak import random_shaper
@@ -226,17 +227,13 @@ def optimum(drive: Drive, state: SliderState, own: float) -> float:
         own: how long the stop of each slider by itself takes [s].
     """
     limits, machine = drive.scenario.limits, drive.workspace.machine
-    start, rates, bends = (np.array(each) for each in state)
+    begin = [np.array(each) for each in state]
     largest = limits.table[2]
 
     def motion(numbers: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, float]:
         step = own * numbers[-1] / INTERVALS
         jerks = numbers[:-1].reshape(INTERVALS, 3) * largest
-        a = bends + np.concatenate((np.zeros((1, 3)), np.cumsum(jerks * step, axis=0)))
-        v = np.cumsum(step * (a[:-1] + 0.5 * step * jerks), axis=0)
-        v = rates + np.concatenate((np.zeros((1, 3)), v))
-        way = np.cumsum(step * (v[:-1] + step * (0.5 * a[:-1] + step * jerks / 6.0)), axis=0)
-        return start + np.concatenate((np.zeros((1, 3)), way)), v, a, step
+        return *driven_by(jerks, step, begin), step
 
     def room(numbers: FloatArray) -> FloatArray:
         heights, v, a, step = motion(numbers)

@@ -8,7 +8,6 @@ many starts.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -136,7 +135,7 @@ def _places(radii: FloatArray, angles: FloatArray) -> FloatArray:
     return np.column_stack((radii * np.cos(angles), radii * np.sin(angles)))
 
 
-def main() -> int:
+def main() -> None:
     """Search and print what is found."""
     count = 20, "searches from random places"
     options = numbers(__doc__, count=count, seed=(1, "of places and errors"))
@@ -148,8 +147,7 @@ def main() -> int:
     print(f"the least, {1e6 * best.after:.2f} µm, with touches at")
     for x, y in sorted(best.places.tolist(), key=lambda place: float(np.hypot(*place))):
         print(f"  {1e3 * float(np.hypot(x, y)):5.1f} mm, {np.degrees(np.arctan2(y, x)):4.0f}°")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.bench_smoothness import LOWER, MACHINE, UPPER, WORKSPACE
-from benchmarks.judge import LIMITS
+from benchmarks.bench_smoothness import LOWER, UPPER
+from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import at_once
