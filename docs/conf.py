@@ -159,11 +159,16 @@ def _add_contents(app: Any, page: str, source: list[str]) -> None:
         source[0] += f"\n```{{toctree}}\n:hidden:\n:caption: {title}\n{entries}\n```\n"
 
 
+def _block_of(formula: re.Match[str]) -> str:
+    return "\n.. math:: " + " ".join(formula[1].split()) + "\n"
+
+
 def _formulas(app: Any, what: str, name: str, of: Any, options: Any, lines: list[str]) -> None:
     """Write formulas as reStructuredText has them: in docstrings they stand as in the pages."""
     if what == "data" and of.__doc__ == type(of).__doc__:
         lines.clear()  # what its class says is no text about this value
-    text = re.sub(r"\$([^$]+)\$", r":math:`\1`", "\n".join(lines))
+    text = re.sub(r"\$\$([^$]+)\$\$", _block_of, "\n".join(lines))
+    text = re.sub(r"\$([^$]+)\$", r":math:`\1`", text)
     lines[:] = text.splitlines()
 
 
