@@ -49,7 +49,7 @@ TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is ve
 # So many pixels are drawn for each one of the page where nobody looks at them: the processor draws
 # them all, and a page shows what it was told with its next frame.
 COARSE = 0.25
-# Pause of what draws all the time after a frame in full [ms]: the processor would do nothing else.
+# Pause of what draws all the time after a frame [ms]: the processor would do nothing else.
 FRAME_PAUSE = 300
 FEWER_FRAMES = f"""
 const next = window.requestAnimationFrame.bind(window), drawn = new WeakSet();

@@ -78,10 +78,10 @@ def largest_force(moving: MotionEngine, bound: ForceLimits, seconds: float = mat
 @pytest.mark.slow
 @pytest.mark.parametrize("scenario", [SCENARIOS[1], SCENARIOS[6]], ids=str)
 def test_no_sequence_of_commands_breaks_an_added_bound(scenario):
-    use, phases = soaked(scenario, seed(23), many(1_000))
+    use, phases = soaked(scenario, seed(36), many(1_000))
     assert max(use) <= 1.0 + TOLERANCE
     assert use.speed > 0.99
-    assert use.force > 0.3
+    assert use.force > 0.4
     assert phases["idle"] < many(600)
 
 
