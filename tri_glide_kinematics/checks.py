@@ -62,6 +62,19 @@ def plain_floats(name: str, values: Iterable[float], size: int) -> tuple[float, 
     return tuple(plain_float(f"{name}[{i}]", number) for i, number in enumerate(numbers))
 
 
+def three_floats(name: str, values: Iterable[float]) -> tuple[float, float, float]:
+    """Return three numbers, as ``plain_floats`` does; those that are such cost one look."""
+    try:
+        a, b, c = values
+        if type(a) is type(b) is type(c) is float:
+            return a, b, c
+        values = (a, b, c)
+    except (TypeError, ValueError):
+        pass
+    a, b, c = plain_floats(name, values, 3)
+    return a, b, c
+
+
 def finite(name: str, value: float, largest: float = LARGEST) -> float:
     """Return ``value`` as a float.
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tri_glide_kinematics.checks import array_of_shape, finite_vector, plain_floats, positive
+from tri_glide_kinematics.checks import array_of_shape, finite_vector, positive, three_floats
 from tri_glide_kinematics.dynamics import batch
 from tri_glide_kinematics.dynamics.masses import Masses
 from tri_glide_kinematics.errors import NotFiniteError
@@ -159,9 +159,9 @@ class SliderForces:
         Raises:
             KinematicsError: as for ``TriGlide.forward_velocity``, for the accelerations too.
         """
-        rows = _three("heights", heights)
-        rates = _three("velocities", velocities)
-        a1, a2, a3 = second = _three("accelerations", accelerations)
+        rows = three_floats("heights", heights)
+        rates = three_floats("velocities", velocities)
+        a1, a2, a3 = second = three_floats("accelerations", accelerations)
         position, velocity = self.machine.forward_velocity(rows, rates)
         slopes = self._slopes(rows, position)
         q1, q2, q3 = _squares(rows, position, rates, velocity)
@@ -184,9 +184,9 @@ class SliderForces:
         Raises:
             KinematicsError: as for ``TriGlide.inverse_velocity``, for the acceleration too.
         """
-        place = _three("position", position)
-        rate = _three("velocity", velocity)
-        x, y, z = platform = _three("acceleration", acceleration)
+        place = three_floats("position", position)
+        rate = three_floats("velocity", velocity)
+        x, y, z = platform = three_floats("acceleration", acceleration)
         heights, rates = self.machine.inverse_velocity(place, rate)
         slopes = self._slopes(heights, place)
         q1, q2, q3 = _squares(heights, place, rates, rate)
@@ -212,7 +212,7 @@ class SliderForces:
         Raises:
             KinematicsError: as for ``TriGlide.forward``.
         """
-        rows = _three("heights", heights)
+        rows = three_floats("heights", heights)
         return self._mass_matrix(self._slopes(rows, self.machine.forward(rows)))
 
     def bias(self, heights: Iterable[float], velocities: Iterable[float]) -> Vector3:
@@ -251,7 +251,7 @@ class SliderForces:
         Raises:
             KinematicsError: as for ``forces``.
         """
-        rates = _three("velocities", velocities)
+        rates = three_floats("velocities", velocities)
         driving = finite_vector("forces", forces, 3)
         matrix, bias = self._moving(heights, rates)
         coulomb, viscous = self.masses.coulomb, self.masses.viscous
@@ -289,8 +289,8 @@ class SliderForces:
         Raises:
             KinematicsError: as for ``forces``, or if the duration is not greater than zero.
         """
-        places = _three("heights", heights)
-        rates = _three("velocities", velocities)
+        places = three_floats("heights", heights)
+        rates = three_floats("velocities", velocities)
         driving = finite_vector("forces", forces, 3)
         time = positive("duration", duration, "s")
         half = 0.5 * time
@@ -324,8 +324,8 @@ class SliderForces:
         Raises:
             KinematicsError: as for ``TriGlide.forward_velocity``.
         """
-        rows = _three("heights", heights)
-        rates = _three("velocities", velocities)
+        rows = three_floats("heights", heights)
+        rates = three_floats("velocities", velocities)
         position, (dx, dy, dz) = self.machine.forward_velocity(rows, rates)
         sliders, couplings, platform, weights, weight = self.constants
         doubled = platform * (dx * dx + dy * dy + dz * dz)
@@ -402,8 +402,8 @@ class SliderForces:
         self, heights: Iterable[float], velocities: Iterable[float]
     ) -> tuple[Matrix3, Vector3]:
         """Return mass matrix and bias."""
-        rows = _three("heights", heights)
-        rates = _three("velocities", velocities)
+        rows = three_floats("heights", heights)
+        rates = three_floats("velocities", velocities)
         position, velocity = self.machine.forward_velocity(rows, rates)
         slopes = self._slopes(rows, position)
         platform = _platform_rates(slopes, *_squares(rows, position, rates, velocity))
@@ -475,19 +475,6 @@ class SliderForces:
                 rows[i][j] = rows[j][i] = entry + sliders[i] if i == j else entry
         (a, b, c), (d, e, f), (g, h, k) = rows
         return (a, b, c), (d, e, f), (g, h, k)
-
-
-def _three(name: str, values: Iterable[float]) -> Vector3:
-    """Return three numbers as floats of Python."""
-    try:
-        a, b, c = values
-        if type(a) is type(b) is type(c) is float:
-            return a, b, c
-        values = (a, b, c)
-    except (TypeError, ValueError):
-        pass
-    a, b, c = plain_floats(name, values, 3)
-    return a, b, c
 
 
 def _squares(heights: Vector3, position: Vector3, rates: Vector3, velocity: Vector3) -> Vector3:

@@ -18,7 +18,7 @@ from math import hypot, inf, isfinite, sqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tri_glide_kinematics.checks import array_of_shape, plain_floats
+from tri_glide_kinematics.checks import array_of_shape, three_floats
 from tri_glide_kinematics.equal_numbers import first_smallest
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
 from tri_glide_kinematics.tri_glide import batch
@@ -215,7 +215,7 @@ class TriGlide:
             WrongAssemblyModeError: if the platform is not below the plane of the carriages.
                 Both are an UnreachableError.
         """
-        x, y, z = _three("position", position)
+        x, y, z = three_floats("position", position)
         _, _, q1, _, _, q2, _, _, q3 = arms = self._arms(x, y)
         # Written so that NaN and infinity fail a comparison and cost nothing otherwise.
         if q1 > 0.0 and q2 > 0.0 and q3 > 0.0 and z * 0.0 == 0.0:
@@ -241,8 +241,8 @@ class TriGlide:
         Raises:
             KinematicsError: as in ``inverse``, for the velocity too.
         """
-        x, y, z = _three("position", position)
-        dx, dy, dz = _three("velocity", velocity)
+        x, y, z = three_floats("position", position)
+        dx, dy, dz = three_floats("velocity", velocity)
         f1x, f1y, q1, f2x, f2y, q2, f3x, f3y, q3 = arms = self._arms(x, y)
         if q1 > 0.0 and q2 > 0.0 and q3 > 0.0:
             s1 = sqrt(q1)
@@ -281,7 +281,7 @@ class TriGlide:
             SpheresDoNotMeetError: if the arms do not meet.
             PlatformAboveSliderError: if they meet above one of the sliders. Both are a NoPoseError.
         """
-        h1, h2, h3 = _three("heights", heights)
+        h1, h2, h3 = three_floats("heights", heights)
         d2 = h2 - h1
         d3 = h3 - h1
         px, py, mx, my, n, discriminant = self._meeting_line(d2, d3)
@@ -307,8 +307,8 @@ class TriGlide:
         Raises:
             KinematicsError: as in ``forward``, for the rates too.
         """
-        h1, h2, h3 = _three("heights", heights)
-        rate1, rate2, rate3 = _three("height_rates", height_rates)
+        h1, h2, h3 = three_floats("heights", heights)
+        rate1, rate2, rate3 = three_floats("height_rates", height_rates)
         d2 = h2 - h1
         d3 = h3 - h1
         px, py, mx, my, n, discriminant = self._meeting_line(d2, d3)
@@ -411,7 +411,7 @@ class TriGlide:
         Raises:
             KinematicsError: as in ``inverse``.
         """
-        x, y, _ = place = _three("position", position)
+        x, y, _ = place = three_floats("position", position)
         self.inverse(place)
         f1x, f1y, q1, f2x, f2y, q2, f3x, f3y, q3 = self._arms(x, y)
         s1, s2, s3 = sqrt(q1), sqrt(q2), sqrt(q3)
@@ -571,17 +571,6 @@ class TriGlide:
         if rises[lowest] <= 0.0:
             return PlatformAboveSliderError(heights, lowest, rises[lowest])
         return NotFiniteError("velocity[2]", inf)
-
-
-def _three(name: str, numbers: Iterable[float]) -> tuple[float, ...]:
-    """Return three numbers as plain floats; those that are such already cost one look."""
-    try:
-        first, second, third = numbers
-    except (TypeError, ValueError):
-        return plain_floats(name, numbers, 3)
-    if type(first) is type(second) is type(third) is float:
-        return first, second, third
-    return plain_floats(name, (first, second, third), 3)
 
 
 def _not_finite(name: str, values: Sequence[float]) -> NotFiniteError | None:

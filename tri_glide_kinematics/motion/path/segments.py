@@ -36,6 +36,7 @@ from tri_glide_kinematics.vectors import (
     cross,
     dot,
     minus,
+    plus,
     scaled,
 )
 
@@ -257,7 +258,7 @@ def arc_about(
     part = np.remainder(angle, 2.0 * acos(-1.0))
     half = sin(0.5 * part)
     step = combined(radius * sin(part), tangent, -2.0 * radius * half * half, out)
-    end = combined(1.0, start, 1.0, step)
+    end = plus(start, step)
     arc = _arc(number, start, end, tangent, unit, radius, angle, tolerance, speed)
     return arc if rise == 0.0 else _helix(arc, unit, rise)
 

@@ -14,7 +14,7 @@ from tri_glide_kinematics.motion.tracking.trend import (
     Trend,
     bend_of_turn,
 )
-from tri_glide_kinematics.vectors import Vector3, combined, minus, scaled
+from tri_glide_kinematics.vectors import Vector3, combined, minus, plus, scaled
 
 
 class WantedVelocity(NamedTuple):
@@ -123,7 +123,7 @@ class TargetMotion:
             before = self._velocity.now
             is_new = self._velocity.report(target.velocity, interval)
             now = self._velocity.now
-            both, bent = combined(1.0, before.value, 1.0, now.value), minus(before.rate, now.rate)
+            both, bent = plus(before.value, now.value), minus(before.rate, now.rate)
             beside = minus(target.position, combined(1.0, self._start, 0.5 * interval, both))
             error = combined(1.0, beside, -interval * interval / 12.0, bent)
             largest = SURPRISE * self._errors.size

@@ -35,7 +35,7 @@ from tri_glide_kinematics.motion.tracking.straight_motion import (
 from tri_glide_kinematics.motion.tracking.trend import bend_of_turn
 from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import Vector3, combined
+from tri_glide_kinematics.vectors import Vector3, plus
 from tri_glide_kinematics.workspace import Workspace
 
 # What of the limits of the jerk the motion along the line may take: the rest keeps to the line.
@@ -222,7 +222,7 @@ class VelocityTracking:
                 rates, accelerations = wanted.rates(), wanted.accelerations(limits)
                 if any(acceleration) and horizon > 0.0:
                     _, turning = machine.inverse_velocity(end, acceleration)
-                    accelerations = combined(1.0, accelerations, 1.0, turning)
+                    accelerations = plus(accelerations, turning)
                     _, twists = machine.inverse_velocity(end, bend_of_turn(velocity, acceleration))
         return [
             _way_towards(*numbers, period, horizon)
