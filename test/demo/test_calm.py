@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.demo.calm_demo import PERIOD, Swing, is_calm, save_swings, table
-from tri_glide_kinematics.demo.client import DemoError
+from tri_glide_kinematics.demo.running import DemoError
 
 REST, MOVING, FADING = 20, 100, 3000
 SIZE, DECAY = 1e-3, 3.0  # m of swing, 1/s

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.demo.client import Leg
+from tri_glide_kinematics.demo.client import Leg, lost_before
 from tri_glide_kinematics.demo.command import is_good, table
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.motion.limits import SliderLimits
@@ -26,11 +26,10 @@ def stream(speed):
     [(TARGET, 0.5, True), ((0.0, 0.0, 0.301), 0.5, False), (TARGET, 1.01, False)],
 )
 def test_a_leg_is_good_if_its_target_is_reached_inside_the_limits(reached, speed, good):
-    commands = stream(speed)
-    use = LimitUse.of(commands, LIMITS)
+    use = LimitUse.of(stream(speed), LIMITS)
     leg = Leg("A", TARGET, reached, 1.0, 0, COUNT)
     assert is_good(leg, use, tolerance=1e-4) is good
-    line = table([leg], use, commands, LIMITS).splitlines()[1]
+    line = table([leg], use, LIMITS).splitlines()[1]
     assert line.startswith("A ")
     assert (">" in line) == (speed > 1.0)
 
@@ -43,8 +42,24 @@ def test_a_leg_along_a_path_is_good_if_that_was_kept(deviation, good):
 
 
 def test_a_jog_has_no_target_to_miss():
-    commands = stream(0.5)
-    use = LimitUse.of(commands, LIMITS)
+    use = LimitUse.of(stream(0.5), LIMITS)
     leg = Leg("jog", None, TARGET, 1.0, 0, COUNT)
     assert is_good(leg, use, tolerance=1e-4)
-    assert "(by twist)" in table([leg], use, commands, LIMITS)
+    assert "(by twist)" in table([leg], use, LIMITS)
+
+
+@pytest.mark.parametrize("row", [1, 3, COUNT // 2])
+def test_commands_that_were_lost_are_seen_and_not_judged(row):
+    """The whole jerk from rest on, then one acceleration."""
+    times = 0.001 * np.arange(COUNT)
+    jerked = np.minimum(times, 0.005)
+    after = times - jerked
+    speeds = 100.0 * jerked**2 + after
+    heights = 0.6 + 100.0 * jerked**3 / 3.0 + 0.0025 * after + after**2 / 2.0
+    rows = np.delete(np.column_stack([heights, speeds]), row, axis=0)
+    commands = CommandStream.from_heights(np.tile(rows[:, :1], 3), 0.001)
+    lost = lost_before(commands, np.tile(rows[:, 1:], 3), 200.0, 0.001)
+    assert np.flatnonzero(lost).tolist() == [row]
+    limits = SliderLimits.uniform(1.0, 10.0, 201.0)
+    assert not LimitUse.of(commands, limits).is_within
+    assert LimitUse.of(commands, limits, lost).is_within

@@ -40,7 +40,6 @@ LONG = (
     "test_calibration_node",
     "test_actions",
     "test_process_faults",
-    "test_calm_demo",
     "test_calibration_demo",
     "test_random_texts",
     "test_panel_command",

@@ -51,8 +51,8 @@ FINEST = 1e-7  # m; below, a distance is drawn as this
 UNSHAPED = "none"
 SHAPERS = (UNSHAPED, "ei")
 
-# A short move, of which an unshaped mode keeps much; a path, at full speed; and a long move, which
-# is stopped.
+# A short move, of which an unshaped mode keeps much; a path, at full speed; and a long line at one
+# speed, so that it does not matter where on it the stop is heard.
 NEAR = (-0.02, 0.0, 0.25), (0.02, 0.0, 0.25)
 FAR = (-0.15, 0.0, 0.25), (0.15, 0.0, 0.25)
 CORNER: Vector3 = (-0.04, -0.04, 0.25)
@@ -69,8 +69,10 @@ PATH = FlatPath.of(
     [],
     0.0,
 )
-# Along x: the way far away is stopped as soon as its setpoints are there [m].
-STOP_AT = -0.065
+LINE_SPEED = 0.3  # m/s
+LINE = FlatPath.of([SegmentKind.LINE], FAR[1], [0.0], [LINE_SPEED], 0.0)
+# Along x: the line is stopped as soon as its setpoints are there [m].
+STOP_AT = -0.1
 
 CLOSE = 50e-6  # m from where it comes to rest: what counts as there
 # All that is left of a swing when the next motion may begin, and what counts as moved [m].
@@ -207,9 +209,9 @@ class CalmClient(DemoNode):
         """Drive the platform along a ``path`` from where it is."""
         self.wait_for_goal(self.goals.follow(path), "a path")
 
-    def move_until_stopped(self, position: Vector3) -> int:
-        """Stop on the way to a ``position`` [m], and return at which of the setpoints."""
-        goal = self.goals.move_to(position)
+    def follow_until_stopped(self, path: FlatPath) -> int:
+        """Stop on a ``path``, and return at which of the setpoints."""
+        goal = self.goals.follow(path)
         self.wait_for(
             lambda: MACHINE.forward(self._heights[-1])[0] >= STOP_AT, MOVE_TIMEOUT, "a motion"
         )
@@ -269,7 +271,7 @@ def drive(client: CalmClient, shapers: Sequence[str] = SHAPERS) -> list[Swing]:
         motions: tuple[tuple[str, Vector3, Callable[[], int | None]], ...] = (
             ("move", NEAR[0], lambda: client.move(NEAR[1])),
             ("path", CORNER, lambda: client.follow(PATH)),
-            ("stop", FAR[0], lambda: client.move_until_stopped(FAR[1])),
+            ("stop", FAR[0], lambda: client.follow_until_stopped(LINE)),
         )
         for name, start, motion in motions:
             # On the way there it does not swing, so that nothing has to fade.

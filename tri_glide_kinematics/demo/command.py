@@ -55,6 +55,8 @@ PATH = FlatPath.of(
 )
 HOME: tuple[str, Vector3] = ("home", (0.00, 0.00, 0.25))
 
+MOST_LOST = 0.1  # part of the commands before which others were lost: with more, nothing is judged
+
 TARGET_STYLE = {"marker": "o", "color": "tab:red", "markersize": 4}
 START_STYLE = {"marker": "^", "color": "tab:green", "markersize": 7, "markerfacecolor": "none"}
 END_STYLE = {"marker": "s", "color": "tab:green", "markersize": 6, "markerfacecolor": "none"}
@@ -88,26 +90,24 @@ def is_good(leg: Leg, use: LimitUse, tolerance: float) -> bool:
     return is_there and use.part(leg.first, leg.end).is_within
 
 
-def table(legs: Sequence[Leg], use: LimitUse, stream: CommandStream, limits: SliderLimits) -> str:
+def table(legs: Sequence[Leg], use: LimitUse, limits: SliderLimits) -> str:
     """Return one line for each leg: target, measured position, and what is nearest to a limit."""
     heads = "".join(f" {f'{quantity} [{unit}]':>21}" for quantity, unit in QUANTITIES)
     start = f"{'':5} {'target [mm]':27} {'reached [mm]':27} {'error':>9} {'time':>7}"
-    return "\n".join([start + heads, *(_line(leg, use, stream, limits) for leg in legs)])
+    return "\n".join([start + heads, *(_line(leg, use, limits) for leg in legs)])
 
 
-def _line(leg: Leg, use: LimitUse, stream: CommandStream, limits: SliderLimits) -> str:
+def _line(leg: Leg, use: LimitUse, limits: SliderLimits) -> str:
     target = in_millimetres(leg.target) if leg.target else "(by twist)"
     line = f"{leg.name:5} {target:27} {in_millimetres(leg.reached):27}"
     line += f" {1e6 * leg.error:6.1f} µm" if leg.target else f" {'':9}"
     line += f" {leg.duration:5.2f} s"
     part = use.part(leg.first, leg.end)
-    derivatives = (stream.velocities, stream.accelerations, stream.jerks)
-    for index, derivative in enumerate(derivatives):
+    for index in range(len(QUANTITIES)):
         slider = int(part.parts[:, index].max(axis=0).argmax())
-        largest = float(np.abs(derivative[leg.first : leg.end, slider]).max())
         limit = limits.table[index, slider]
         kept = part.largest[index] <= 1.0 + LIMIT_TOLERANCE
-        line += f" {largest:9.3f} {'<' if kept else '>'} {limit:7.2f}  "
+        line += f" {part.largest[index] * limit:9.3f} {'<' if kept else '>'} {limit:7.2f}  "
     return line
 
 
@@ -162,10 +162,12 @@ def demonstrate(folder: Path) -> int:
         with ros_that_ctrl_c_ends():
             client = DemoClient(namespace)
             settings = drive(client, legs)
-            stream = client.stream(settings)
-    use = LimitUse.of(stream, settings.limits)
-    print(f"\n{table(legs, use, stream, settings.limits)}\n")
-    good = all(is_good(leg, use, TOLERANCE) for leg in legs)
+            stream, lost = client.stream(settings)
+    use = LimitUse.of(stream, settings.limits, lost)
+    print(f"\n{table(legs, use, settings.limits)}\n")
+    if lost.any():
+        say(f"{lost.sum()} gaps in the stream of commands are not judged: this computer is busy")
+    good = lost.mean() < MOST_LOST and all(is_good(leg, use, TOLERANCE) for leg in legs)
     picture = save_picture(folder, legs, np.array(client.path), stream, settings)
     say(f"picture: {picture}")
     say("every target reached, no limit broken" if good else "FAILED: see the table")
