@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.checks import finite_vector, member
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.errors import (
@@ -17,8 +18,8 @@ from tri_glide_kinematics.motion.errors import (
     PathTimingError,
     PlanningError,
 )
-from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.moves import hardest_braking
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
+from tri_glide_kinematics.motion.moves import MotionKind, MotionPlanner, hardest_braking
 from tri_glide_kinematics.motion.path import (
     DrivenPath,
     PlatformPath,
@@ -548,3 +549,53 @@ def time_path(
     )
     motion.check_inside(workspace, limits)
     return motion
+
+
+def plan_move(
+    workspace: Workspace,
+    limits: SliderLimits,
+    start: Sequence[float],
+    end: Sequence[float],
+    *,
+    kind: MotionKind = MotionKind.SLIDER,
+    shaper: Shaping | None = None,
+) -> Trajectory:
+    """Return the motion of the platform from rest at one position to rest at another.
+
+    Without a shaper it is the motion of a ``MotionEngine`` of this ``kind`` that moves from there.
+
+    Args:
+        workspace: where the platform may be, and of which machine.
+        limits: of the sliders.
+        start: of the platform. Shape (3,) [m].
+        end: of the platform. Shape (3,) [m].
+        kind: slider moves bend, linear ones are straight lines.
+        shaper: for the modes of vibration that the motion is to leave alone, or what chooses one
+            for the places that it passes; lines stay straight.
+
+    Raises:
+        NotAChoiceError: if ``kind`` is no ``MotionKind``, but its name, for example.
+        WrongShapeError: if a position has not three numbers.
+        NotFiniteError: if one of them is NaN or infinite.
+        KinematicsError: if a position or the way between is outside the workspace.
+    """
+    member("kind", kind, MotionKind)
+    x, y, z = finite_vector("end", end, 3)
+    heights = workspace.check_position(finite_vector("start", start, 3))
+    workspace.check_position((x, y, z))
+    planner = MotionPlanner(workspace, kind)
+    state = SliderState(heights, AT_REST, AT_REST)
+    region = planner.region(state)
+    target = (x, y, z)
+    with SOUND:
+        if shaper is None:
+            return at_once(planner.move(state, target, limits, region, moving=False))
+        shaped = planned_shaped(
+            lambda less: planner.move(state, target, less.limits, region, moving=False),
+            limits,
+            workspace.machine,
+            shaper,
+        )
+        motion = at_once(shaped)
+        motion.check_inside(region, limits)
+        return motion
