@@ -87,7 +87,8 @@ class HeldMotion:
         pending: limits that wait until the motion can keep them, or until the shaper is empty and
             another one can take its place; None if there are none.
         path: that is the goal; None if that is no path, or there is none.
-        is_quick: whether the plan was found quickly, and a sooner one is still to be looked for.
+        quick: the plan, if it is a line from rest that was found quickly, until one that is sooner
+            at its end has been looked for.
     """
 
     plan: Trajectory
@@ -97,7 +98,7 @@ class HeldMotion:
     limits: DriveLimits
     pending: DriveLimits | None = None
     path: FollowedPath | None = None
-    is_quick: bool = False
+    quick: Trajectory | None = None
 
     def with_goal(self, goal: Command | None, **changes: Any) -> HeldMotion:
         """Return this with another goal, which is no path yet, and with other ``changes``."""
@@ -172,7 +173,7 @@ class HeldMotion:
     def may_be_sooner(self) -> bool:
         """Whether a plan that is sooner at the goal is to be looked for."""
         is_free = self.pending is None and self.limits.shaper is None
-        return self.is_quick and is_free and self.role is PlanRole.LEADS_TO_GOAL
+        return self.quick is self.plan and is_free and self.role is PlanRole.LEADS_TO_GOAL
 
     @property
     def goes_on_at(self) -> float:

@@ -471,14 +471,14 @@ class Replanning:
         region = self._region(held, time)
         after = SequencePlan((held.plan,), time) if or_after else None
         plan = yield from goal.planned(self._planner, state, limits, region, moving, after)
-        is_quick = isinstance(plan, LinePlan) and not moving and goal.destination is not None
-        return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits, is_quick=is_quick)
+        is_line = isinstance(plan, LinePlan) and not moving and goal.destination is not None
+        quick = plan if is_line else None
+        return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits, quick=quick)
 
     def sooner(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:
         """Make a plan that is sooner at the end of the line, if one is found."""
-        plan = held.plan
+        plan, held = held.quick, replace(held, quick=None)
         assert isinstance(plan, LinePlan)
-        held = replace(held, is_quick=False)
         if time < plan.duration:
             try:
                 sooner = yield from self._paths.sooner(plan, time, held.limits.effective)

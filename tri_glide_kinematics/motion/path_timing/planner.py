@@ -85,6 +85,9 @@ _COUNTED = (0.125, 0.5)
 # Part of the limits that a line is planned with, as its own bounds are 2e-5 larger at most.
 _OF_LINE = 1.0 - 3e-5
 
+# A line is driven sooner where that takes less than this part of the time that is left.
+_WORTH_IT = 0.99
+
 # A braking leads so much farther, one after another, than one that only the slopes limit.
 _BRAKING_WAYS = (1.15, 1.6, 2.5, 4.0)
 
@@ -392,7 +395,7 @@ class PathPlanner:
         held = plan.scaling.since(time) if start.speed > 0.0 else None
         with SOUND:
             found = yield from plan_window(curve, start, limits.times(*[_OF_LINE] * 3), held)
-        if not (found.ends_path and found.duration < plan.duration - time):
+        if not (found.ends_path and found.duration < _WORTH_IT * (plan.duration - time)):
             raise PlanningError("no motion is sooner at the end of the line")
         try:
             return (yield from checked(LinePlan(line, found.scaling), limits))
