@@ -39,10 +39,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.errors import SliderTravelError as SliderTravelError
     from tri_glide_kinematics.motion.limits import SliderLimits as SliderLimits
     from tri_glide_kinematics.motion.moves import MotionKind as MotionKind
-    from tri_glide_kinematics.motion.moves import plan_move as plan_move
     from tri_glide_kinematics.motion.path import PathError as PathError
     from tri_glide_kinematics.motion.path import PathPlaceError as PathPlaceError
     from tri_glide_kinematics.motion.path import PlatformPath as PlatformPath
+    from tri_glide_kinematics.motion.path_timing import plan_move as plan_move
     from tri_glide_kinematics.motion.path_timing import time_path as time_path
     from tri_glide_kinematics.motion.trajectory import Trajectory as Trajectory
     from tri_glide_kinematics.tri_glide import ArmsNeverMeetError as ArmsNeverMeetError

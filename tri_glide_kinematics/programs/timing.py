@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
-from tri_glide_kinematics.motion.moves import MotionKind, plan_move
+from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
-from tri_glide_kinematics.motion.path_timing import time_path
+from tri_glide_kinematics.motion.path_timing import plan_move, time_path
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import CubicPlan, SequencePlan, Trajectory
 from tri_glide_kinematics.programs.check import at_its_line

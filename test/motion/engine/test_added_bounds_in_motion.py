@@ -200,7 +200,7 @@ def test_a_stop_keeps_the_forces(kind):
     moving = engine(kind, limits=LIMITS.times(1.0, 10.0, 10.0).with_added(bound))
     for place in ((0.1, 0.05, 0.35), (-0.08, 0.06, 0.25)):
         moving.move_to(place)
-        assert largest_force(moving, bound, 0.12) <= 20.0 * (1.0 + 1e-6)
+        assert largest_force(moving, bound, 0.08) <= 20.0 * (1.0 + 1e-6)
         before = moving.time_to_rest
         moving.stop()
         assert moving.time_to_rest < before

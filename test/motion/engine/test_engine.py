@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from motion_machine import (
     skip_if_too_long_for_ruckig,
     within,
 )
+from soak import many, seed
 
 from tri_glide_kinematics.errors import (
     KinematicsError,
@@ -37,7 +39,10 @@ from tri_glide_kinematics.motion import (
     MotionKind,
     MotionPhase,
     NotStartedError,
+    PlatformPath,
     SliderLimits,
+    plan_move,
+    time_path,
 )
 from tri_glide_kinematics.tri_glide import ArmTooShortError, NoPoseError
 from tri_glide_kinematics.workspace import OutsideWorkspaceError
@@ -294,3 +299,29 @@ def test_however_slow_the_drives_a_way_that_is_inside_is_found_to_be(kind, speed
     moving.move_to(second)
     moving.step(moving.remaining)
     assert MACHINE.forward(moving.state.heights) == pytest.approx(second, abs=1e-9)
+
+
+UNEQUAL = SliderLimits((1.0, 0.6, 0.8), (10.0, 6.0, 14.0), (200.0, 120.0, 300.0))
+MIDDLE = (-0.08, -0.08, 0.22), (0.08, 0.08, 0.36)
+ALL = (-0.2, -0.2, 0.1), (0.2, 0.2, 0.45)
+
+
+@pytest.mark.parametrize(("limits", "box"), list(product((LIMITS, UNEQUAL), (MIDDLE, ALL))))
+def test_a_line_takes_no_longer_than_the_same_line_as_a_path(limits, box):
+    rng = np.random.default_rng(seed(49))
+    count = 0
+    while count < many(4):
+        start, end = rng.uniform(*box, (2, 3)).tolist()
+        try:
+            planned = plan_move(WORKSPACE, limits, start, end, kind=MotionKind.LINEAR).duration
+        except KinematicsError:
+            continue
+        count += 1
+        shortest = time_path(PlatformPath.through([start, end]), WORKSPACE, limits).duration
+        assert planned < 1.02 * shortest
+        moving = engine(MotionKind.LINEAR, limits, heights=MACHINE.inverse(start))
+        moving.move_to(end)
+        heights = run_to_rest(moving)
+        assert within(heights, limits)
+        assert DT * (len(heights) - 2) < 1.05 * shortest
+        assert place(moving) == pytest.approx(end, abs=1e-9)

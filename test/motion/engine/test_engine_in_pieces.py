@@ -68,10 +68,9 @@ def test_a_new_target_in_mid_motion_is_reached_with_no_step(kind, pieces):
     assert within(heights_of(states))
 
 
-@each_kind
-def test_what_is_made_in_pieces_is_what_is_made_at_once(kind):
+def test_what_is_made_in_pieces_is_what_is_made_at_once():
     """From rest, where it does not matter when the motion begins."""
-    at_once, in_pieces = engine(kind), engine(kind, in_pieces=True)
+    at_once, in_pieces = (engine(MotionKind.SLIDER, in_pieces=each) for each in (False, True))
     for moving in (at_once, in_pieces):
         moving.move_to(TARGET)
     assert in_pieces.phase is MotionPhase.IDLE
@@ -80,6 +79,24 @@ def test_what_is_made_in_pieces_is_what_is_made_at_once(kind):
         in_pieces.work(no_more)
     for _ in range(500):
         assert at_once.step(DT) == in_pieces.step(DT)
+
+
+def test_a_linear_move_begins_quickly_and_goes_on_with_the_plan_that_is_made_at_once():
+    at_once, in_pieces = (engine(MotionKind.LINEAR, in_pieces=each) for each in (False, True))
+    for moving in (at_once, in_pieces):
+        moving.move_to(TARGET)
+    shortest = at_once.remaining
+    while in_pieces.preparing:
+        in_pieces.step(DT)
+        in_pieces.work(no_more)
+    longest = in_pieces.remaining
+    heights = heights_of(go(in_pieces, 1000))
+    assert within(heights)
+    line = np.subtract(TARGET, MACHINE.forward(HOME))
+    beside = np.cross(MACHINE.forward_batch(heights) - TARGET, line) / np.linalg.norm(line)
+    assert np.abs(beside).max() < 1e-9
+    driven = DT * np.count_nonzero(np.diff(heights, axis=0).any(axis=1))
+    assert shortest < driven < longest
 
 
 @each_kind

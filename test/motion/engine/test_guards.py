@@ -209,10 +209,13 @@ def test_line_plans_are_compared_with_the_limits(monkeypatch):
 
 
 def test_motion_from_rest_is_stretched_until_the_limits_hold(monkeypatch):
+    start = SliderState(MACHINE.inverse((0.18, 0.05, 0.34)), AT_REST, AT_REST)
+
     def peak() -> float:
-        moving = engine(MotionKind.LINEAR, heights=MACHINE.inverse((0.18, 0.05, 0.34)))
-        moving.move_to((0.01, 0.01, 0.27))
-        return float((peaks(run_to_rest(moving)) / np.array((1.0, 10.0, 200.0))).max())
+        planner = MotionPlanner(WORKSPACE, MotionKind.LINEAR)
+        plan = at_once(planner.line(start, (0.01, 0.01, 0.27), LIMITS, WORKSPACE))
+        heights = plan.sample(np.arange(0.0, plan.duration + DT, DT)).heights
+        return float((peaks(heights) / np.array((1.0, 10.0, 200.0))).max())
 
     assert peak() <= 1.0 + 1e-3
     monkeypatch.setattr(TimeScaling, "slower", lambda scaling, _factor: scaling)

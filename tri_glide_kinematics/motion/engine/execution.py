@@ -36,6 +36,9 @@ from tri_glide_kinematics.workspace import Workspace
 # brakes without the shaper [s].
 PROVED_STOP = 0.024
 
+# At first it is expected that a plan that is sooner at the end of a line takes so long [s].
+SOONER_IN = 0.02
+
 
 class PlanExecution:
     """Carries out one command after the other.
@@ -67,6 +70,8 @@ class PlanExecution:
         self.plans = PlanReplacing(holder, self.replanning, self.shaped_plans, in_pieces)
         self.tracking = Tracking(self.plans, workspace)
         self._path_measuring = PathMeasuring()
+        self._sooner_lead_time = LeadTime()
+        self._sooner_lead_time.note(SOONER_IN)
         # The plan that a stop was slowed down to last, while it waits for a better braking.
         self._slowed_plan: Trajectory | None = None
 
@@ -121,6 +126,7 @@ class PlanExecution:
         """
         self._shape_from_rest()
         command.begin(self)
+        self._look_for_sooner()
 
     @property
     def goal(self) -> Command | None:
@@ -289,6 +295,16 @@ class PlanExecution:
                 self.plans.try_again()
         elif math.isinf(self.plans.retry_at) and math.isfinite(self.holder.held.goes_on_at):
             self._prepare_next_part()
+        else:
+            self._look_for_sooner()
+
+    def _look_for_sooner(self) -> None:
+        """Look for a plan that is sooner at the goal, while a quick one is driven."""
+        held, is_free = self.holder.motion, self.plans.preparation is None
+        if held is not None and held.may_be_sooner and is_free:
+            lead_time = self._sooner_lead_time
+            start = self.holder.time + self.plans.lead(lead_time)
+            self.plans.begin(self.replanning.sooner, None, start, lead_time)
 
     def _prepare_next_part(self) -> None:
         """Make the next part of the path that is followed."""

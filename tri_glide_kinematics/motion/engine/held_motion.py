@@ -87,6 +87,8 @@ class HeldMotion:
         pending: limits that wait until the motion can keep them, or until the shaper is empty and
             another one can take its place; None if there are none.
         path: that is the goal; None if that is no path, or there is none.
+        quick: the plan, if it is a line from rest that was found quickly, until one that is sooner
+            at its end has been looked for.
     """
 
     plan: Trajectory
@@ -96,6 +98,7 @@ class HeldMotion:
     limits: DriveLimits
     pending: DriveLimits | None = None
     path: FollowedPath | None = None
+    quick: Trajectory | None = None
 
     def with_goal(self, goal: Command | None, **changes: Any) -> HeldMotion:
         """Return this with another goal, which is no path yet, and with other ``changes``."""
@@ -165,6 +168,12 @@ class HeldMotion:
         """Whether the plan leads to the end of the path that is the goal."""
         plan = self.path_plan
         return plan is not None and plan.ends_path
+
+    @property
+    def may_be_sooner(self) -> bool:
+        """Whether a plan that is sooner at the goal is to be looked for."""
+        is_free = self.pending is None and self.limits.shaper is None
+        return self.quick is self.plan and is_free and self.role is PlanRole.LEADS_TO_GOAL
 
     @property
     def goes_on_at(self) -> float:

@@ -259,5 +259,6 @@ class PlanReplacing:
             self.event_at = self.retry_at
         else:
             # The next part of a path is made as soon as it is known to be needed.
-            goes_on = math.isfinite(self.holder.held.goes_on_at)
+            held = self.holder.held
+            goes_on = math.isfinite(held.goes_on_at) or held.may_be_sooner
             self.event_at = -math.inf if goes_on else math.inf

@@ -216,6 +216,10 @@ class PathReplanning:
         """
         return (yield from self._paths.brake_hard(plan, time, limits.effective, longest))
 
+    def sooner(self, plan: LinePlan, time: float, limits: SliderLimits) -> Interruptible[LinePlan]:
+        """Return a motion that is sooner at the end of a line; see ``PathPlanner.sooner``."""
+        return self._paths.sooner(plan, time, limits)
+
     def _extended(
         self, held: HeldMotion, time: float, goal: Command, path: PlatformPath
     ) -> Interruptible[HeldMotion]:
@@ -467,7 +471,21 @@ class Replanning:
         region = self._region(held, time)
         after = SequencePlan((held.plan,), time) if or_after else None
         plan = yield from goal.planned(self._planner, state, limits, region, moving, after)
-        return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits)
+        is_line = isinstance(plan, LinePlan) and not moving and goal.destination is not None
+        quick = plan if is_line else None
+        return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits, quick=quick)
+
+    def sooner(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:
+        """Make a plan that is sooner at the end of the line, if one is found."""
+        plan, held = held.quick, replace(held, quick=None)
+        assert isinstance(plan, LinePlan)
+        if time < plan.duration:
+            try:
+                sooner = yield from self._paths.sooner(plan, time, held.limits.effective)
+                return Replanned(replace(held, plan=sooner))
+            except KinematicsError:
+                yield
+        return Replanned(held)
 
     def continued(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:
         """Return the next part of the path that is followed; give it up if there is none."""

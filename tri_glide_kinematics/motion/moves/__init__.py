@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.moves.search import MotionKind as MotionKind
     from tri_glide_kinematics.motion.moves.search import MotionPlanner as MotionPlanner
     from tri_glide_kinematics.motion.moves.search import SliderMotion as SliderMotion
-    from tri_glide_kinematics.motion.moves.search import plan_move as plan_move
     from tri_glide_kinematics.motion.moves.stopping import LONGEST_TRACKED as LONGEST_TRACKED
     from tri_glide_kinematics.motion.moves.stopping import NEARLY as NEARLY
     from tri_glide_kinematics.motion.moves.stopping import Along as Along

@@ -7,20 +7,17 @@ most time, so it is refused for nothing that more time would help.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from enum import Enum
 from functools import partial
 
-from tri_glide_kinematics.checks import finite_vector, member
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.errors import SOUND, SliderLimitError
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.errors import SliderLimitError
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves.line_entry import LineToEdge, LineToPosition
 from tri_glide_kinematics.motion.moves.line_moves import LinearMotion, LineJoining, found
 from tri_glide_kinematics.motion.moves.stopping import Candidate, Stopping, first_found, inside
-from tri_glide_kinematics.motion.shaped import planned_shaped
-from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import (
     CubicPlan,
     LinePlan,
@@ -327,53 +324,3 @@ class MotionPlanner:
         plan = yield from candidate()
         yield
         return (yield from inside(plan, region, limits))
-
-
-def plan_move(
-    workspace: Workspace,
-    limits: SliderLimits,
-    start: Sequence[float],
-    end: Sequence[float],
-    *,
-    kind: MotionKind = MotionKind.SLIDER,
-    shaper: Shaping | None = None,
-) -> Trajectory:
-    """Return the motion of the platform from rest at one position to rest at another.
-
-    Without a shaper it is the motion of a ``MotionEngine`` of this ``kind`` that moves from there.
-
-    Args:
-        workspace: where the platform may be, and of which machine.
-        limits: of the sliders.
-        start: of the platform. Shape (3,) [m].
-        end: of the platform. Shape (3,) [m].
-        kind: slider moves bend, linear ones are straight lines.
-        shaper: for the modes of vibration that the motion is to leave alone, or what chooses one
-            for the places that it passes; lines stay straight.
-
-    Raises:
-        NotAChoiceError: if ``kind`` is no ``MotionKind``, but its name, for example.
-        WrongShapeError: if a position has not three numbers.
-        NotFiniteError: if one of them is NaN or infinite.
-        KinematicsError: if a position or the way between is outside the workspace.
-    """
-    member("kind", kind, MotionKind)
-    x, y, z = finite_vector("end", end, 3)
-    heights = workspace.check_position(finite_vector("start", start, 3))
-    workspace.check_position((x, y, z))
-    planner = MotionPlanner(workspace, kind)
-    state = SliderState(heights, AT_REST, AT_REST)
-    region = planner.region(state)
-    target = (x, y, z)
-    with SOUND:
-        if shaper is None:
-            return at_once(planner.move(state, target, limits, region, moving=False))
-        shaped = planned_shaped(
-            lambda less: planner.move(state, target, less.limits, region, moving=False),
-            limits,
-            workspace.machine,
-            shaper,
-        )
-        motion = at_once(shaped)
-        motion.check_inside(region, limits)
-        return motion

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
+from tri_glide_kinematics.checks import finite_vector, member
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.errors import (
@@ -16,9 +18,10 @@ from tri_glide_kinematics.motion.errors import (
     MotionError,
     PathTimingError,
     PlanningError,
+    SliderLimitError,
 )
-from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.moves import hardest_braking
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
+from tri_glide_kinematics.motion.moves import MotionKind, MotionPlanner, hardest_braking
 from tri_glide_kinematics.motion.path import (
     DrivenPath,
     PlatformPath,
@@ -32,10 +35,11 @@ from tri_glide_kinematics.motion.path_timing.speed_estimate import (
     estimated,
     samples,
 )
-from tri_glide_kinematics.motion.path_timing.windows import plan_window
+from tri_glide_kinematics.motion.path_timing.windows import ABOVE_ROUNDING, plan_window
 from tri_glide_kinematics.motion.shaped import Bends, Planned, planned_shaped
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
+    LinePlan,
     PathHeights,
     PathPlan,
     PathStart,
@@ -45,6 +49,7 @@ from tri_glide_kinematics.motion.trajectory import (
     Trajectory,
     check_added,
     check_along,
+    checked,
     evaluate,
     total_duration,
 )
@@ -76,6 +81,12 @@ _SPREAD = 0.5 * 5.0**0.5 - 0.5
 # at first it gets as fast as it would be there, and at last it comes to rest.
 _PART_OF_SPEED = 0.5
 _COUNTED = (0.125, 0.5)
+
+# Part of the limits that a line is planned with, as its own bounds are 2e-5 larger at most.
+_OF_LINE = 1.0 - 3e-5
+
+# A line is driven sooner where that takes less than this part of the time that is left.
+_WORTH_IT = 0.99
 
 # A braking leads so much farther, one after another, than one that only the slopes limit.
 _BRAKING_WAYS = (1.15, 1.6, 2.5, 4.0)
@@ -365,6 +376,35 @@ class PathPlanner:
         following = yield from self.from_rest(scaled, place, planned.limits)
         return plan, following if shaper is None else following.delayed(shaper.duration)
 
+    def sooner(self, plan: LinePlan, time: float, limits: SliderLimits) -> Interruptible[LinePlan]:
+        """Return a motion that is sooner at the end of a line, from a ``time`` in a ``plan`` on.
+
+        Args:
+            plan: from rest to rest on a straight line, which keeps the limits.
+            time: when the motion begins, in the ``plan`` [s].
+            limits: of the sliders.
+
+        Raises:
+            KinematicsError: if none is found that is.
+        """
+        line, start = plan.line, plan.on_curve(time)
+        path = PlatformPath.start(line.start).line_to(line.point(plan.scaling.ways[-1]))
+        driven = yield from path.driven_in_pieces()
+        curve = PathHeights(driven, self._workspace.machine.geometry)
+        curve = curve.at_speeds(1.0, None, limits.platform_speed)
+        held = plan.scaling.since(time) if start.speed > 0.0 else None
+        with SOUND:
+            found = yield from plan_window(curve, start, limits.times(*[_OF_LINE] * 3), held)
+        if not (found.ends_path and found.duration < _WORTH_IT * (plan.duration - time)):
+            raise PlanningError("no motion is sooner at the end of the line")
+        try:
+            return (yield from checked(LinePlan(line, found.scaling), limits))
+        except SliderLimitError as error:
+            if start.speed > 0.0:
+                raise
+            slower = found.scaling.slower(error.slowdown * ABOVE_ROUNDING)
+        return (yield from checked(LinePlan(line, slower), limits))
+
     def brake_hard(
         self, plan: PathPlan, time: float, limits: SliderLimits, longest: float
     ) -> Interruptible[PathPlan]:
@@ -548,3 +588,57 @@ def time_path(
     )
     motion.check_inside(workspace, limits)
     return motion
+
+
+def plan_move(
+    workspace: Workspace,
+    limits: SliderLimits,
+    start: Sequence[float],
+    end: Sequence[float],
+    *,
+    kind: MotionKind = MotionKind.SLIDER,
+    shaper: Shaping | None = None,
+) -> Trajectory:
+    """Return the motion of the platform from rest at one position to rest at another.
+
+    Without a shaper it is the motion of a ``MotionEngine`` of this ``kind`` that moves from there.
+
+    Args:
+        workspace: where the platform may be, and of which machine.
+        limits: of the sliders.
+        start: of the platform. Shape (3,) [m].
+        end: of the platform. Shape (3,) [m].
+        kind: slider moves bend, linear ones are straight lines.
+        shaper: for the modes of vibration that the motion is to leave alone, or what chooses one
+            for the places that it passes; lines stay straight.
+
+    Raises:
+        NotAChoiceError: if ``kind`` is no ``MotionKind``, but its name, for example.
+        WrongShapeError: if a position has not three numbers.
+        NotFiniteError: if one of them is NaN or infinite.
+        KinematicsError: if a position or the way between is outside the workspace.
+    """
+    member("kind", kind, MotionKind)
+    x, y, z = finite_vector("end", end, 3)
+    heights = workspace.check_position(finite_vector("start", start, 3))
+    workspace.check_position((x, y, z))
+    planner = MotionPlanner(workspace, kind)
+    state = SliderState(heights, AT_REST, AT_REST)
+    region = planner.region(state)
+    target = (x, y, z)
+    with SOUND:
+        if shaper is None:
+            plan = at_once(planner.move(state, target, limits, region, moving=False))
+            if isinstance(plan, LinePlan):
+                with suppress(KinematicsError):
+                    plan = at_once(PathPlanner(workspace).sooner(plan, 0.0, limits))
+            return plan
+        shaped = planned_shaped(
+            lambda less: planner.move(state, target, less.limits, region, moving=False),
+            limits,
+            workspace.machine,
+            shaper,
+        )
+        motion = at_once(shaped)
+        motion.check_inside(region, limits)
+        return motion

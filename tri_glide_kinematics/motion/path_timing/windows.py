@@ -365,7 +365,7 @@ def _speeds(scaling: TimeScaling, ways: FloatArray) -> FloatArray:
 _STRETCH = 0.001
 
 # Factor by which a plan is stretched more than it has to be, as the bounds have rounding errors.
-_ABOVE_ROUNDING = 1.0 + 1e-7
+ABOVE_ROUNDING = 1.0 + 1e-7
 
 # How often cells are divided or their limits tightened where the bounds find them exceeded.
 _ROUNDS = 9
@@ -495,7 +495,7 @@ def _from_rest(
         duration = slower * float(search.scaling.times[-1])
         if duration < shortest:
             shortest, best_parts = duration, search.parts
-            best = search.scaling.slower(slower * _ABOVE_ROUNDING)
+            best = search.scaling.slower(slower * ABOVE_ROUNDING)
         if slower <= 1.0 + _STRETCH or not search.converged:
             break
     if best is None:
@@ -504,7 +504,7 @@ def _from_rest(
         yield from search.go_steadily()
         if search.scaling is None:
             raise search.error()
-        best = search.scaling.slower(search.slower * _ABOVE_ROUNDING)
+        best = search.scaling.slower(search.slower * ABOVE_ROUNDING)
         best_parts = search.parts
     best = yield from _certified(curve, best, limits)
     return PathPlan(curve, best, _continuation(best, best_parts, grid.cells.is_cut))
@@ -523,7 +523,7 @@ def _certified(
         slower = float(bounds.slowdown(limits).max())
         if slower <= 1.0 + RELATIVE_ROUNDING:
             return scaling
-        scaling = scaling.slower(slower * _ABOVE_ROUNDING)
+        scaling = scaling.slower(slower * ABOVE_ROUNDING)
     raise PlanningError("the knots of the motion are too close")
 
 
