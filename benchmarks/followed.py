@@ -92,15 +92,22 @@ def followed(
     duration: float,
     told: float,
     noise: float = 0.0,
+    of_speed: float = 0.0,
     horizon: float | None = None,
 ) -> Calm:
-    """Return how a target is followed that is ``told`` each so many seconds with ``noise`` [m]."""
+    """Return how a target is followed that is ``told`` each so many seconds.
+
+    Its positions have a ``noise`` [m], its velocities one ``of_speed`` [m/s].
+    """
     engine, rng = started(horizon=horizon), np.random.default_rng(SEED)
     heights, ideal, errors, tellings = [], [], [], 0
     for cycle in range(round((CAUGHT_UP + duration) / PERIOD)):
         if cycle * PERIOD >= tellings * told - 1e-9:
             position, velocity = motion(cycle * PERIOD)
-            engine.track((position + noise * rng.normal(size=3)).tolist(), velocity)
+            wrong = of_speed * rng.normal(size=3) if of_speed else np.zeros(3)
+            engine.track(
+                (position + noise * rng.normal(size=3)).tolist(), (velocity + wrong).tolist()
+            )
             tellings += 1
         heights.append(engine.step(PERIOD).heights)
         place, _ = motion((cycle + 1) * PERIOD)
@@ -164,18 +171,22 @@ def time_to_catch(speed: float, horizon: float | None = None) -> float:
 
 def rows(horizon: float | None = None) -> Iterator[tuple[str, ...]]:
     """Yield the table, with a ``horizon`` [s] or as by default."""
-    for radius, turns, told, noise in (
-        (0.02, 1.0, 0.01, 0.0),
-        (0.03, 0.5, 0.01, 0.0),
-        (0.02, 1.0, 1.0 / 30.0, 0.0),
-        (0.03, 0.5, 1.0 / 30.0, 0.0),
-        (0.02, 1.0, 0.01, 1e-5),
-        (0.02, 1.0, 0.01, 1e-4),
+    for radius, turns, told, noise, of_speed in (
+        (0.02, 1.0, 0.01, 0.0, 0.0),
+        (0.03, 0.5, 0.01, 0.0, 0.0),
+        (0.02, 1.0, 1.0 / 30.0, 0.0, 0.0),
+        (0.03, 0.5, 1.0 / 30.0, 0.0, 0.0),
+        (0.02, 1.0, 0.01, 1e-5, 0.0),
+        (0.02, 1.0, 0.01, 1e-4, 0.0),
+        (0.02, 1.0, 0.01, 0.0, 8e-3),
+        (0.02, 1.0, 1.0 / 30.0, 0.0, 8e-3),
     ):
-        found = followed(on_circle(radius, turns), 2.0 / turns, told, noise, horizon)
+        found = followed(on_circle(radius, turns), 2.0 / turns, told, noise, of_speed, horizon)
         name = f"circle of {1e3 * radius:g} mm, {turns:g}/s, told at {1.0 / told:.0f} Hz"
         if noise:
             name += f", {1e3 * noise:g} mm of noise"
+        if of_speed:
+            name += f", {1e3 * of_speed:g} mm/s of noise"
         yield _row(name, found, f"{1e6 * found.behind:.1f} um")
     for turns, told, steps in (
         (0.25, 0.01, 0),

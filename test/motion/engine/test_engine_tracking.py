@@ -414,15 +414,19 @@ def test_a_target_on_a_circle_is_caught_up_with_from_rest():
 @pytest.mark.parametrize(
     ("radius", "turns", "told", "noise", "jerk", "fast", "error"),
     [
-        (0.02, 1.0, 0.01, 0.0, 1.4, 3e-3, 2.5e-5),
-        (0.03, 0.5, 0.01, 0.0, 1.6, 3e-3, 2.5e-5),
-        (0.02, 1.0, 1.0 / 30.0, 0.0, 2.5, 5e-3, 5e-5),
-        (0.02, 1.0, 0.01, 1e-5, 1.5, 5e-3, 2.5e-5),
-        (0.02, 1.0, 0.01, 1e-4, 8.0, 3e-2, 2e-4),
+        (0.02, 1.0, 0.01, (0.0, 0.0), 1.4, 3e-3, 2.5e-5),
+        (0.03, 0.5, 0.01, (0.0, 0.0), 1.6, 3e-3, 2.5e-5),
+        (0.02, 1.0, 1.0 / 30.0, (0.0, 0.0), 2.5, 5e-3, 5e-5),
+        (0.02, 1.0, 0.01, (1e-5, 0.0), 1.5, 5e-3, 2.5e-5),
+        (0.02, 1.0, 0.01, (1e-4, 0.0), 4.0, 3e-2, 2e-4),
+        # Positions tell how fast it is where velocities are noise.
+        (0.02, 1.0, 0.01, (0.0, 2e-3), 1.4, 3e-3, 2.5e-5),
+        (0.02, 1.0, 0.01, (0.0, 3e-2), 1.4, 3e-3, 2.5e-5),
+        (0.02, 1.0, 1.0 / 30.0, (0.0, 8e-3), 5.0, 5e-3, 2e-4),
     ],
 )
 def test_a_target_on_a_circle_is_followed_calmly(radius, turns, told, noise, jerk, fast, error):
-    found = followed.followed(followed.on_circle(radius, turns), 1.0, told, noise)
+    found = followed.followed(followed.on_circle(radius, turns), 1.0, told, *noise)
     assert found.jerk < jerk
     assert found.fast < fast
     assert found.behind < error

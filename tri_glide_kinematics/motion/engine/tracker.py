@@ -147,7 +147,7 @@ class Tracker:
             return self._target.at(self._time + dt)
         foreseen = dt + shaper.delay
         target = self._target.at(self._time + foreseen, foreseen)
-        (x, y, z), _, (ax, ay, az), _ = target
+        (x, y, z), _, (ax, ay, az), *_ = target
         half = 0.5 * shaper.variance
         return target._replace(position=(x - half * ax, y - half * ay, z - half * az))
 

@@ -37,16 +37,18 @@ class MovingTarget(NamedTuple):
         velocity: Shape (3,) [m/s].
         acceleration: zero if it is not known. Shape (3,) [m/s^2].
         lead: how far ahead of it a follower may aim that is to be there with its velocity [m].
+        noise: mean error of the position [m] and of the velocity [m/s], as told of late.
     """
 
     position: Vector3
     velocity: Vector3
     acceleration: Vector3 = ZERO
     lead: float = inf
+    noise: tuple[float, float] = (0.0, 0.0)
 
     def after(self, time: float) -> MovingTarget:
         """Return the target some ``time`` later, or earlier if negative, if it goes on so [s]."""
-        (x, y, z), (dx, dy, dz), (ax, ay, az), _ = self
+        (x, y, z), (dx, dy, dz), (ax, ay, az), *_ = self
         vx, vy, vz = dx + time * ax, dy + time * ay, dz + time * az
         half = 0.5 * time
         place = x + half * (dx + vx), y + half * (dy + vy), z + half * (dz + vz)
@@ -76,8 +78,28 @@ LASTS = 1.5
 LEAST_LEAD = 5e-5
 LEAD_OF_WAY = 0.01
 
+# The change from one mean velocity to the next is wrong by more than each of them, as they share a
+# position: that is this part of it.
+PART_OF_DIFFERENCE = 3.0**-0.5
+
+# Velocities as told lead from one position to the next where they miss less than the first part of
+# their errors, and are noise where they miss more than the second.
+CONSISTENT, APART = 0.1, 0.2
+
+# Likewise of what their slopes change in an interval, as parts of that.
+NO_BENDS = 0.4, 0.5
+
+# What an error counts in the means of the noise of velocities, and the part of the mean beyond
+# which one is something new.
+PATIENT, NEW = 0.08, 5.0
+
 # A target has turned if its velocity has less than this part of it in the direction of before.
 TURNED = 0.5
+
+
+def between(value: float, low: float, high: float) -> float:
+    """Return how far a ``value`` is on the way from ``low`` (0) to ``high`` (1)."""
+    return min(max((value - low) / (high - low), 0.0), 1.0)
 
 
 class TargetMotion:
@@ -85,12 +107,17 @@ class TargetMotion:
 
     def __init__(self, first: MovingTarget, time: float) -> None:
         """Begin with a ``first`` report, of a ``time`` on any clock [s]."""
-        self._told = first
+        self._told = self._last = first
         self._velocity, self._errors = Trend(first.velocity), Noise()
+        # What is wrong in the velocities as told, and in those that positions tell.
+        self._told_errors, self._differences = Noise(PATIENT), Noise(PATIENT)
+        self._apart = Noise(PATIENT)
+        self._mean: Vector3 | None = None
         self._start = self._position = first.position
         self._course = self._velocity.now
         self._time = self._learned = time
         self._lasts = 0.0
+        self._noise = 0.0, 0.0
 
     @property
     def time(self) -> float:
@@ -116,12 +143,17 @@ class TargetMotion:
             self._position, self._course = target.position, Course(target.velocity, rate, bend)
             return False
         self._learned = time
+        last, self._last = self._last, target
         self._lasts = 0.0
+        self._noise = 0.0, 0.0
         # One that is told to rest has come to its end, as a rule, and does not turn there.
         rests = not any(target.velocity)
         if SHORTEST_INTERVAL <= interval <= LONGEST_INTERVAL and not rests:
             before = self._velocity.now
-            is_new = self._velocity.report(target.velocity, interval)
+            # What the velocities miss of the way, over what they are wrong by.
+            changes = interval * interval * self._velocity.bends
+            noise = between(self._errors.size / changes, *NO_BENDS) if changes > 0.0 else 0.0
+            is_new = self._velocity.report(self._likely(target, last, interval), interval, noise)
             now = self._velocity.now
             both, bent = plus(before.value, now.value), minus(before.rate, now.rate)
             beside = minus(target.position, combined(1.0, self._start, 0.5 * interval, both))
@@ -136,11 +168,42 @@ class TargetMotion:
                 self._lasts = (1.0 if late else LASTS) * interval + min(max(age, 0.0), LONGEST_BEND)
                 self._start = self._position = combined(1.0, target.position, -kept, error)
                 self._course = now
+                if not is_new:
+                    self._noise = self._errors.noise, self._velocity.noise
                 return is_new
         self._start = self._position = target.position
+        self._mean = None
         self._velocity.restart(target.velocity)
         self._course = self._velocity.now
         return not (rests and not any(told.velocity))
+
+    def _likely(self, target: MovingTarget, before: MovingTarget, interval: float) -> Vector3:
+        """Return the likeliest velocity of a ``target``: as told, or as its positions tell [m/s].
+
+        Args:
+            target: as it is told.
+            before: as it was told last.
+            interval: between the two [s].
+        """
+        value, rate, bend = self._velocity.now
+        mean = scaled(minus(target.position, before.position), 1.0 / interval)
+        last, self._mean = self._mean, mean
+        error = minus(target.velocity, combined(1.0, value, interval, rate))
+        is_new = hypot(*error) > NEW * self._told_errors.size
+        self._told_errors.take(error)
+        both = scaled(plus(target.velocity, before.velocity), 0.5)
+        self._apart.take(combined(1.0, minus(mean, both), interval * interval / 12.0, bend))
+        if last is None:
+            return target.velocity
+        self._differences.take(minus(mean, combined(1.0, last, interval, rate)))
+        told, seen = self._told_errors.noise, PART_OF_DIFFERENCE * self._differences.noise
+        if is_new or not told > 0.0:
+            return target.velocity
+        apart = self._apart.size / self._told_errors.size
+        part = told * told / (told * told + seen * seen)
+        part *= between(apart, CONSISTENT, APART)
+        now = combined(1.0, mean, 0.5 * interval, rate)
+        return combined(1.0 - part, target.velocity, part, now)
 
     def lose(self) -> None:
         """Forget its way so far: it is to be caught up with as soon as possible."""
@@ -163,7 +226,7 @@ class TargetMotion:
         place = combined(1.0, place, changing**3 / 6.0, bend)
         if past > lasts:
             place, acceleration = combined(1.0, place, past - lasts, velocity), ZERO
-        return MovingTarget(place, velocity, acceleration, self._told.lead)
+        return MovingTarget(place, velocity, acceleration, self._told.lead, self._noise)
 
 
 # A twist is led by this part of itself at most: what turns more from one to the next is no turn.

@@ -50,6 +50,9 @@ FRACTION_OF_ACCELERATION = 0.5
 NEAR = 0.2
 NEAR_HORIZON = 0.045
 
+# The way onto a target whose reports are noise takes so long at most [s].
+LONGEST = 0.2
+
 # What of the limits of acceleration and jerk sliders count on that could arrive where the target is
 # now: along their way there, and in each direction across. One slider may need all three.
 SHARE_ALONG = 0.65
@@ -77,7 +80,7 @@ def straight_towards(place: Vector3, target: MovingTarget, limits: SliderLimits)
     Returns:
         Velocity that slows down before the target. Shape (3,) [m/s].
     """
-    (x, y, z), (dx, dy, dz), _, _ = target
+    (x, y, z), (dx, dy, dz), *_ = target
     x, y, z = x - place[0], y - place[1], z - place[2]
     distance = hypot(x, y, z)
     if distance == 0.0:
@@ -89,6 +92,17 @@ def straight_towards(place: Vector3, target: MovingTarget, limits: SliderLimits)
     )
     part = speed / distance
     return dx + part * x, dy + part * y, dz + part * z
+
+
+def horizon_of_noise(noise: tuple[float, float], jerk: float) -> float:
+    """Return for how long the mildest way lasts that takes a ``jerk`` for some noise [s].
+
+    Args:
+        noise: of the position [m] and of the velocity [m/s].
+        jerk: of the way [m/s^3].
+    """
+    height, rate = noise
+    return min(max((60.0 * height / jerk) ** (1.0 / 3.0), (36.0 * rate / jerk) ** 0.5), LONGEST)
 
 
 class TargetTracking:
@@ -122,7 +136,7 @@ class TargetTracking:
             KinematicsError: if the machine has no pose at the target, a number is not finite, or
                 the target is far away and outside the workspace.
         """
-        position, velocity, acceleration, lead = target
+        position, velocity, acceleration, lead, noise = target
         machine = self._workspace.machine
         heights, rates, bends, twists = slider_line(machine, position, velocity)
         if any(acceleration):
@@ -132,11 +146,13 @@ class TargetTracking:
         wanted = list(zip(heights, rates, bends))
         bounds = list(zip(limits.velocity, limits.acceleration, limits.jerk))
         numbers = list(zip(own, wanted, bounds))
+        calm = horizon_of_noise(noise, NEAR * min(limits.jerk)) if horizon > 0.0 else 0.0
         if self._is_behind:
+            near = max(min(horizon, NEAR_HORIZON), calm)
             self._is_behind = not all(
-                is_near(one, other, NEAR * bound[2], period, min(horizon, NEAR_HORIZON))
-                for one, other, bound in numbers
+                is_near(one, other, NEAR * bound[2], period, near) for one, other, bound in numbers
             )
+        horizon = max(horizon, calm)
         if not self._is_behind:
             ways = [
                 way

@@ -43,6 +43,11 @@ STANDS_OUT = 0.5
 # which there are few reports [m/s].
 LARGEST_NOISE = 0.02
 
+# After so many reports without a surprise they are noise in any case. Then the memory reaches back
+# as long as this: what bends in less time is no noise [s].
+EXPERIENCE = 12
+LOOKED_BACK = 0.04
+
 # Reports that are farther apart say at which rate a vector changes, and no more; of what a hand
 # makes not even that [s].
 LONGEST_BEND = 0.04
@@ -55,8 +60,9 @@ class Noise:
         size: mean of their sizes.
     """
 
-    def __init__(self) -> None:
-        """Begin without any."""
+    def __init__(self, newest: float = NEWEST) -> None:
+        """Begin without any; a ``newest`` vector counts for so much in the means."""
+        self._newest = newest
         self.size = 0.0
         self._mean = ZERO
         self._was_surprised = False
@@ -71,8 +77,13 @@ class Noise:
 
     def take(self, vector: Vector3) -> None:
         """Take in a ``vector``."""
-        self._mean = combined(1.0, self._mean, NEWEST, minus(vector, self._mean))
-        self.size += NEWEST * (hypot(*vector) - self.size)
+        self._mean = combined(1.0, self._mean, self._newest, minus(vector, self._mean))
+        self.size += self._newest * (hypot(*vector) - self.size)
+
+    @property
+    def noise(self) -> float:
+        """Mean of the sizes of what goes to and fro."""
+        return self.memory(1.0) * self.size
 
     def memory(self, longest: float = LONGEST_MEMORY) -> float:
         """Return what part of what is known to keep: the more, the less they stay on one side."""
@@ -119,6 +130,7 @@ class Trend:
         """
         self._by_hand = by_hand
         self._errors, self._bends = Noise(), Noise()
+        self._count = 0
         # Whether it has gone on so for a while: so has what rests.
         self._went_on = not any(value)
         self.restart(value)
@@ -130,15 +142,23 @@ class Trend:
         self._slope: Vector3 | None = None
         self._is_new = True
 
-    def report(self, value: Vector3, interval: float) -> bool:
+    def report(self, value: Vector3, interval: float, noise: float = 0.0) -> bool:
         """Take the next report, a ``value`` told an ``interval`` after the last one [s].
 
-        Return whether it is something new.
+        Args:
+            value: as it is told. Shape (3,).
+            interval: since the last report [s].
+            noise: how sure it is, from 0 to 1, that bends between reports are noise.
+
+        Returns:
+            Whether it is something new.
         """
         foreseen = self.now.after(interval)
         error = minus(value, foreseen.value)
         slope = scaled(minus(value, self._told), 1.0 / interval)
         is_new = self._errors.surprises(error)
+        if is_new:
+            self._count = 0
         if is_new or interval > LONGEST_BEND:
             # From what went on otherwise to this is no slope, but a jump.
             jumps, self._went_on = is_new and self._went_on, True
@@ -149,7 +169,10 @@ class Trend:
             self._bends.take(minus(slope, self._slope))
         self._told, self._slope = value, slope
         memory = self._bends.memory(MEMORY_OF_HANDS if self._by_hand else LONGEST_MEMORY)
-        memory *= max(1.0 - interval * self._bends.size / LARGEST_NOISE, 0.0)
+        self._count += 1
+        sure = noise * min(self._count / EXPERIENCE, 1.0)
+        quick = max(1.0 - interval * self._bends.size / LARGEST_NOISE, 0.0) * memory
+        memory = max(quick, sure * min(memory, LOOKED_BACK / (LOOKED_BACK + interval)))
         new = 1.0 - memory
         if self._is_new or self._by_hand:
             takes = 1.0 - memory * memory, new * new, 0.0
@@ -163,6 +186,16 @@ class Trend:
         self._is_new = False
         self._went_on = True
         return False
+
+    @property
+    def noise(self) -> float:
+        """Mean size of what goes to and fro in the reports."""
+        return self._errors.noise
+
+    @property
+    def bends(self) -> float:
+        """Mean size of the changes of the slope from one report to the next."""
+        return self._bends.size
 
     def stands_out(self, interval: float) -> float:
         """Return how much of the rate stands out of the noise, from 0 to 1, over an interval."""
