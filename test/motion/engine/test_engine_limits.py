@@ -10,6 +10,7 @@ from motion_machine import (
     LIMITS,
     MACHINE,
     OTHER,
+    TARGET,
     each_kind,
     engine,
     peaks,
@@ -101,6 +102,29 @@ def test_target_that_comes_while_limits_are_pending_is_reached(kind):
     assert within(run_to_rest(moving))
     assert np.abs(place(moving) - OTHER).max() < 1e-7
     assert moving.limits.velocity[0] == 0.05
+
+
+@each_kind
+@pytest.mark.parametrize("steps", [240, 250, 260])
+def test_a_target_that_waits_for_limits_is_not_taken_for_the_one_before(kind, steps):
+    """Near its end the motion to that one keeps the new limits."""
+    moving = engine(kind, in_pieces=True)
+    moving.move_to(TARGET)
+    while moving.phase is MotionPhase.IDLE:
+        moving.work(lambda: True)
+    for _ in range(steps):
+        moving.step(DT)
+        moving.work(lambda: True)
+    moving.set_speed_scale(0.8)
+    # Nothing is planned meanwhile.
+    for _ in range(10):
+        moving.step(DT)
+    assert moving.limits_pending
+    moving.move_to(OTHER)
+    while moving.preparing or moving.phase is not MotionPhase.IDLE:
+        moving.step(DT)
+        moving.work(lambda: True)
+    assert place(moving) == pytest.approx(OTHER, abs=1e-9)
 
 
 @each_kind

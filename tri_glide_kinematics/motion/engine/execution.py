@@ -251,7 +251,7 @@ class PlanExecution:
         if held.pending is not None and not goal.is_checked_whole:
             # It has its turn when the limits are in force; what is prepared for them knows it then.
             self.plans.tracks = False
-            self.plans.replace(held.with_goal(goal))
+            self.plans.replace(held.with_goal_for_later(goal))
             if self.plans.preparation is not None:
                 self.plans.try_again()
         else:

@@ -104,6 +104,11 @@ class HeldMotion:
         """Return this with another goal, which is no path yet, and with other ``changes``."""
         return replace(self, goal=goal, path=None, **changes)
 
+    def with_goal_for_later(self, goal: Command) -> HeldMotion:
+        """Return this with a ``goal`` that waits for limits: the plan leads somewhere else."""
+        held = self.with_goal(goal)
+        return held if held.brakes else held.waiting_to_brake()
+
     def on(self, path: FollowedPath) -> HeldMotion:
         """Return this somewhere else on its ``path``."""
         return replace(self, path=path)

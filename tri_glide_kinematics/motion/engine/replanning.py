@@ -299,7 +299,7 @@ class Replanning:
         if goal.path is not None:
             return (yield from self._paths.with_path(held, time, goal, goal.path, goal.extends))
         if held.pending is not None:
-            return held.with_goal(goal)
+            return held.with_goal_for_later(goal)
         return (yield from self.planned(held, time, goal, held.limits, or_after=True))
 
     def braked(
