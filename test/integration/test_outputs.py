@@ -31,7 +31,9 @@ def seconds(point):
 def test_all_outputs_agree(machine, client):
     arrays = client.record(Float64MultiArray, "forward_command")
     trajectories = client.record(JointTrajectory, "joint_trajectory")
-    machine.start({"command_outputs": ["joint_state", "forward_command", "joint_trajectory"]})
+    # A linear move is replaced by a sooner plan: that is a second trajectory.
+    outputs = ["joint_state", "forward_command", "joint_trajectory"]
+    machine.start({"command_outputs": outputs, "motion": "slider"})
     client.wait_for(
         lambda: arrays and client.node.count_publishers("joint_trajectory"), "all outputs"
     )
