@@ -9,7 +9,13 @@ from tri_glide_kinematics.control import (
     NewestTarget,
     Streams,
 )
-from tri_glide_kinematics.motion import MotionEngine, MotionPhase, NoRoomError, SliderLimits
+from tri_glide_kinematics.motion import (
+    MotionEngine,
+    MotionKind,
+    MotionPhase,
+    NoRoomError,
+    SliderLimits,
+)
 from tri_glide_kinematics.motion.engine import Follow, GoalCode, Jog, Move, Track
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
@@ -22,11 +28,11 @@ RELEASED = Jog((0.0, 0.0, 0.0))
 TOP = (0.9, 0.9, 0.9)
 
 
-def commands_at(heights, in_pieces=False):
+def commands_at(heights, in_pieces=False, kind=MotionKind.SLIDER):
     workspace = Workspace(
         TriGlide(DEFAULT_GEOMETRY), WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
     )
-    engine = MotionEngine(workspace, LIMITS, in_pieces=in_pieces)
+    engine = MotionEngine(workspace, LIMITS, kind=kind, in_pieces=in_pieces)
     engine.start(heights)
     newest = NewestTarget(InPositionBounds(0.0005, 0.02, 0.5, 0.005))
     return CommandQueue(engine, PERIOD, Streams.with_timeouts(0.1, 0.5), newest), engine
@@ -112,3 +118,30 @@ def test_a_report_of_a_target_never_waits_for_a_step_that_is_prepared():
         commands.step()
     assert engine.phase is MotionPhase.TRACKING
     assert prepared > 10
+
+
+def test_no_command_waits_for_a_plan_that_is_sooner_at_the_end_of_a_line():
+    for newer in (Move((0.0, 0.0, 0.25)), None):
+        commands, engine = commands_at((0.6, 0.6, 0.6), in_pieces=True, kind=MotionKind.LINEAR)
+        commands.put(Move(TARGET))
+        commands.next_cycle(0.0)
+        while commands.carry_out(moving=False, may_go_on=lambda: False) is None:
+            commands.step()
+            commands.next_cycle(0.0)
+        commands.step()
+        while not engine.preparing:
+            commands.step()
+        assert engine.phase is MotionPhase.MOVING
+        if newer:
+            commands.put(newer)
+        else:
+            commands.put_limits(LIMITS, 0.5, 1.0)
+        # Two commands of one kind are some cycles apart in any case.
+        for _ in range(4):
+            commands.next_cycle(0.0)
+            commands.carry_out(moving=True, may_go_on=lambda: False)
+            commands.step()
+        if newer:
+            assert engine.preparing_goal
+        else:
+            assert engine.limits_pending or engine.speed_scale == 0.5

@@ -302,14 +302,18 @@ class CommandQueue:
         """Whether the next command has to wait: one is begun, and its plan is not held yet.
 
         While a path is followed its next part is nearly always planned; that may be begun anew.
-        The next step of tracking leads to the newest command anyway.
+        The next step of tracking leads to the newest command anyway, and a plan that is sooner at
+        the end of a line is given up for any command.
         """
         if self._making is not None:
             # A newer command takes the place of a path that is still put together.
             return self._inbox.waiting.get(Kind.TARGET) is None
         if not self._engine.preparing:
             return False
-        goes_on = self._engine.tracks or self._engine.phase is MotionPhase.FOLLOWING
+        engine = self._engine
+        is_quick = engine.phase is MotionPhase.MOVING and not engine.preparing_goal
+        looks_for_sooner = is_quick and not engine.limits_pending
+        goes_on = engine.tracks or engine.phase is MotionPhase.FOLLOWING or looks_for_sooner
         return self._begun is not None or not goes_on
 
     def _give_up_begun(self) -> None:

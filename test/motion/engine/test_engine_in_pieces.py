@@ -99,6 +99,24 @@ def test_a_linear_move_begins_quickly_and_goes_on_with_the_plan_that_is_made_at_
     assert shortest < driven < longest
 
 
+def test_a_sooner_plan_that_takes_too_many_pieces_is_tried_once(monkeypatch):
+    tried = []
+    made = replanning.Replanning.sooner
+
+    def counted(*arguments):
+        tried.append(arguments)
+        return made(*arguments)
+
+    monkeypatch.setattr(replanning.Replanning, "sooner", counted)
+    monkeypatch.setattr(preparation, "MOST_PIECES", 40)
+    moving = engine(MotionKind.LINEAR)
+    moving.move_to(TARGET)
+    for _ in range(1000):
+        moving.step(DT)
+    assert place(moving) == pytest.approx(TARGET, abs=1e-9)
+    assert len(tried) == 1
+
+
 @each_kind
 def test_a_plan_that_is_late_begins_later(kind):
     moving = engine(kind, in_pieces=True)

@@ -392,6 +392,16 @@ def test_far_from_the_middle_the_platform_is_not_led_aside_and_past_the_end(
         assert driven(case, horizon).ratio < 1.0
 
 
+def test_a_target_that_hardly_moves_is_no_noise():
+    """The square of its velocity is zero in double precision."""
+    moving = engine(heights=MACHINE.inverse((0.0, 0.0, 0.25)))
+    for number in range(20):
+        moving.track((0.0, 0.0, 0.25), (1e-170 * (-1) ** number, 0.0, 0.0))
+        for _ in range(10):
+            moving.step(DT)
+    assert place(moving) == pytest.approx((0.0, 0.0, 0.25), abs=1e-9)
+
+
 def test_a_target_on_a_circle_is_caught_up_with_from_rest():
     """The bound on what is gone past an end allows no much sooner one: see docs/motion.md."""
     period, told = 0.001, 0.034

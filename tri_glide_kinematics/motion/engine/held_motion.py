@@ -12,6 +12,7 @@ a goal with another shaper    brakes                   new       new, with that 
 stop                          brakes                   none      as they were
 a moving target               as it was, or brakes     new       as they were
 a step of tracking            step, then braking       same      none, the newest in force
+a sooner plan on a line       leads to the goal        same      none
 new limits that can be kept   leads to the goal        same      none, in force from now on
 new limits that cannot        brakes                   same      new
 limits that can be kept now   leads to the goal        same      none, in force from now on

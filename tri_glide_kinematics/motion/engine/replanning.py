@@ -484,7 +484,8 @@ class Replanning:
                 sooner = yield from self._paths.sooner(plan, time, held.limits.effective)
                 return Replanned(replace(held, plan=sooner))
             except KinematicsError:
-                yield
+                # A break here would be given up where the plan takes too many pieces.
+                pass
         return Replanned(held)
 
     def continued(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:

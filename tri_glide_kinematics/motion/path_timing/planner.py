@@ -601,7 +601,8 @@ def plan_move(
 ) -> Trajectory:
     """Return the motion of the platform from rest at one position to rest at another.
 
-    Without a shaper it is the motion of a ``MotionEngine`` of this ``kind`` that moves from there.
+    Without a shaper it is the motion of a ``MotionEngine`` of this ``kind`` that moves from there
+    and does not plan in pieces.
 
     Args:
         workspace: where the platform may be, and of which machine.

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.motion.tracking.trend import (
     LONGEST_BEND,
+    ROUNDING,
     SURPRISE,
     ZERO,
     Course,
@@ -89,7 +90,7 @@ CONSISTENT, APART = 0.1, 0.2
 # Likewise of what their slopes change in an interval, as parts of that.
 NO_BENDS = 0.4, 0.5
 
-# What an error counts in the means of the noise of velocities, and the part of the mean beyond
+# What an error counts in the means of the noise of velocities, and the multiple of the mean beyond
 # which one is something new.
 PATIENT, NEW = 0.08, 5.0
 
@@ -197,7 +198,7 @@ class TargetMotion:
             return target.velocity
         self._differences.take(minus(mean, combined(1.0, last, interval, rate)))
         told, seen = self._told_errors.noise, PART_OF_DIFFERENCE * self._differences.noise
-        if is_new or not told > 0.0:
+        if is_new or not told > ROUNDING:
             return target.velocity
         apart = self._apart.size / self._told_errors.size
         part = told * told / (told * told + seen * seen)
