@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.bench_smoothness import LOWER, MOST_STEPS, UPPER, started
 from benchmarks.command_line import numbers
 from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
-from benchmarks.random_paths import random_path
+from benchmarks.soak import random_path
 from benchmarks.table import print_lines
 from testing.swing_behind import left_behind, settled_at
 from tri_glide_kinematics.errors import KinematicsError

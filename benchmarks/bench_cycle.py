@@ -16,7 +16,7 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import JointState
 
 from benchmarks.harness import Figure, Missing, NoAnswerError, attempt, figure
-from benchmarks.processor_time import processor_time
+from benchmarks.machine import processor_time
 from benchmarks.ros_session import Session, session
 from benchmarks.timed_cycle import RATE
 

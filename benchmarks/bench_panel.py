@@ -24,7 +24,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState
 
 from benchmarks.long_programs import cut
-from benchmarks.processor_time import processor_time
+from benchmarks.machine import processor_time
 from benchmarks.table import print_lines
 from testing import page_reader
 from testing.browser import DESKTOP, Browser, Page, browser, find_browser

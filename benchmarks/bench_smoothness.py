@@ -22,7 +22,7 @@ import numpy as np
 
 from benchmarks import followed
 from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
-from benchmarks.random_paths import random_path
+from benchmarks.soak import random_path
 from benchmarks.table import print_lines
 from testing.jerk_on_paths import FAST, PERIOD, chatter_of, circle, polyline, square
 from tri_glide_kinematics.errors import KinematicsError

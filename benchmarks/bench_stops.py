@@ -27,8 +27,7 @@ from benchmarks.judge import (
     Judge,
     Scenario,
 )
-from benchmarks.random_paths import random_path
-from benchmarks.soak import random_place
+from benchmarks.soak import random_path, random_place
 from benchmarks.table import print_lines
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (

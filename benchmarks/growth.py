@@ -2,61 +2,347 @@
 
 from __future__ import annotations
 
+import math
 import sys
+import time
+import tracemalloc
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
 
-from benchmarks import growth_batches, growth_nodes, growth_plots
-from benchmarks.harness import Missing
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+from std_srvs.srv import Trigger
+
+from benchmarks.bench_cycle import TARGETS
+from benchmarks.bench_mechanisms import CRANK_VELOCITY, LENGTHS, crank_angles, example_2
+from benchmarks.bench_services import (
+    f_mechanism_request,
+    four_bar_request,
+    mean_time,
+    service_name,
+)
+from benchmarks.bench_tri_glide import GEOMETRY, positions
+from benchmarks.harness import Missing, NoAnswerError, pinned_to_one_core
 from benchmarks.machine import ROOT
+from benchmarks.ros_session import Session, session
 from benchmarks.table import in_seconds, print_lines
+from tri_glide_interfaces.srv import TraceFMechanism, TraceFourBar
+from tri_glide_kinematics.mechanisms.four_bar import FourBar
+from tri_glide_kinematics.tri_glide import TriGlide
 
 FOLDER = ROOT / "docs" / "images"
+
+SIZES = [10**power for power in range(8)]
+LEAST_TIME = 0.05  # s: shorter calls are repeated
+LONG_TIME = 2.0  # s: longer ones are not
+MOST_CALLS = 1000
+MEGABYTE = 1e6
+
+
+class Growth(NamedTuple):
+    """One curve: what a call took for each size.
+
+    Attributes:
+        name: of the function.
+        sizes: items in the call.
+        times: per item [s].
+        peaks: of what a call allocates [MB].
+    """
+
+    name: str
+    sizes: list[int]
+    times: list[float]
+    peaks: list[float]
+
+
+def batches() -> Iterator[Growth]:
+    """Measure the batch functions, one after the other."""
+    machine, linkage, mechanism = TriGlide(GEOMETRY), FourBar(*LENGTHS), example_2()
+
+    def heights(count: int) -> NDArray[np.float64]:
+        return machine.inverse_batch(positions(count))
+
+    functions: Sequence[tuple[str, Callable[..., object], Callable[[int], object]]] = (
+        ("TriGlide.inverse_batch", machine.inverse_batch, positions),
+        ("TriGlide.forward_batch", machine.forward_batch, heights),
+        ("FourBar.sweep", lambda angles: linkage.sweep(angles, CRANK_VELOCITY), crank_angles),
+        ("FMechanism.poses_batch", mechanism.poses_batch, crank_angles),
+    )
+    with pinned_to_one_core():
+        for name, function, argument_of in functions:
+            growth = Growth(name, [], [], [])
+            for size in SIZES:
+                if growth.peaks and 12.0 * growth.peaks[-1] > available_memory():
+                    break
+                peak, taken = _measured(function, argument_of(size))
+                growth.sizes.append(size)
+                growth.times.append(taken / size)
+                growth.peaks.append(peak)
+            yield growth
+
+
+def _measured(function: Callable[..., object], argument: object) -> tuple[float, float]:
+    """Return the peak of what a call allocates [MB], and its processor time [s]."""
+    tracemalloc.start()
+    begin = time.process_time()
+    function(argument)
+    times = [time.process_time() - begin]
+    peak = tracemalloc.get_traced_memory()[1] / MEGABYTE
+    tracemalloc.stop()
+    if times[0] < LONG_TIME:
+        times.clear()
+        while len(times) < 3 or (sum(times) < LEAST_TIME and len(times) < MOST_CALLS):
+            begin = time.process_time()
+            function(argument)
+            times.append(time.process_time() - begin)
+    return peak, float(np.median(times))
+
+
+def available_memory() -> float:
+    """Return the memory that could be used now [MB]."""
+    for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
+        if line.startswith("MemAvailable:"):
+            return int(line.split()[1]) * 1024 / MEGABYTE
+    return math.inf
+
+
+MOST_STEPS = {TraceFourBar: 100_000, TraceFMechanism: 100_000}  # that a request may ask for
+REQUESTS: dict[type, Callable[[int], object]] = {
+    TraceFourBar: four_bar_request,
+    TraceFMechanism: f_mechanism_request,
+}
+MACHINES = 8  # at most
+MACHINES_IN_ONE_PROCESS = 5  # at most
+MACHINE_TIME = 5.0  # s of motion that are judged
+TARGET_PERIOD = 0.5  # s
+LATE = "late cycles in the last second"
+RATE = "loop rate [1/s]"
+
+
+class ServiceGrowth(NamedTuple):
+    """One curve: what a call took for each number of steps.
+
+    Attributes:
+        name: of the service.
+        steps: of the trace.
+        times: of the call [s].
+    """
+
+    name: str
+    steps: list[int]
+    times: list[float]
+
+
+class MachineLoad(NamedTuple):
+    """What ``ik_node`` says of its loop while several machines move on this computer.
+
+    Attributes:
+        machines: number of them.
+        late: late cycles per second of each machine.
+        rates: cycles per second of each machine.
+    """
+
+    machines: int
+    late: list[float]
+    rates: list[float]
+
+
+def _start_machine(running: Session, namespace: str, one_process: bool) -> None:
+    if one_process:
+        running.start_module("benchmarks.one_process", [], "one_process", namespace)
+        return
+    for node in ("simulator_node", "ik_node", "fk_node"):
+        running.start_node(node, namespace)
+
+
+def services() -> Iterator[ServiceGrowth | Missing]:
+    """Measure an empty call, which has no steps, and both traces."""
+    curves: dict[str, Callable[[], ServiceGrowth]] = {"empty call": _empty_call}
+    curves.update({service_name(kind): partial(_trace, kind) for kind in MOST_STEPS})
+    for name, measure in curves.items():
+        try:
+            yield measure()
+        except NoAnswerError as error:
+            yield Missing(name, str(error), is_failure=True)
+
+
+def _empty_call() -> ServiceGrowth:
+    with session() as running:
+        running.start_bare("server", "/bare")
+        empty = running.probe.create_client(Trigger, "/bare/server/trigger")
+        running.spin_until(empty.service_is_ready, "the bare server")
+        mean_time(running, empty, Trigger.Request(), 50)
+        return ServiceGrowth("empty call", [0], [mean_time(running, empty, Trigger.Request(), 200)])
+
+
+def _trace(kind: type) -> ServiceGrowth:
+    name = service_name(kind)
+    growth = ServiceGrowth(name, [], [])
+    with session() as running:
+        running.start_node("mechanism_node", "/ours")
+        client = running.probe.create_client(kind, f"/ours/mechanism_node/{name}")
+        running.spin_until(client.service_is_ready, name)
+        steps = 10
+        mean_time(running, client, REQUESTS[kind](steps), 5)
+        while steps <= MOST_STEPS[kind]:
+            calls = max(1, min(50, 50_000 // steps))
+            growth.steps.append(steps)
+            growth.times.append(mean_time(running, client, REQUESTS[kind](steps), calls))
+            steps *= 10
+    return growth
+
+
+def machines(most: int = MACHINES, one_process: bool = False) -> Iterator[MachineLoad | Missing]:
+    """Move machines, up to so many, if they start, each with its nodes in its namespace.
+
+    More than a computer can start end the curve; one machine it has to start.
+
+    Args:
+        most: number of machines.
+        one_process: whether the nodes of a machine are threads of one process, and not processes.
+    """
+    for count in range(1, most + 1):
+        with session() as running:
+            reports: dict[str, list[tuple[float, float]]] = defaultdict(list)
+
+            def on_diagnostics(message: DiagnosticArray) -> None:
+                for status in message.status:
+                    values = {entry.key: entry.value for entry in status.values}
+                    if LATE in values:
+                        report = (float(values[LATE]), float(values[RATE]))
+                        reports[status.name].append(report)  # noqa: B023
+
+            running.probe.create_subscription(DiagnosticArray, "/diagnostics", on_diagnostics, 100)
+            publishers = []
+            for number in range(count):
+                _start_machine(running, f"/machine_{number}", one_process)
+                topic = f"/machine_{number}/target_pose"
+                publishers.append(running.probe.create_publisher(PoseStamped, topic, 10))
+            try:
+                running.spin_until(
+                    lambda: len(reports) == count,  # noqa: B023
+                    "diagnostics of each machine",
+                )
+            except NoAnswerError as error:
+                yield Missing(f"{count} machines", str(error), is_failure=count == 1)
+                return
+            running.spin_for(3.0)
+            reports.clear()
+            for index in range(int(MACHINE_TIME / TARGET_PERIOD)):
+                message = PoseStamped()
+                point = message.pose.position
+                point.x, point.y, point.z = TARGETS[index % len(TARGETS)]
+                for publisher in publishers:
+                    publisher.publish(message)
+                running.spin_for(TARGET_PERIOD)
+            means = [np.mean(values, axis=0) for _, values in sorted(reports.items())]
+        late, rates = ([float(mean[column]) for mean in means] for column in (0, 1))
+        yield MachineLoad(count, late, rates)
+
+
+def save_batches(path: Path, growths: Sequence[Growth]) -> None:
+    """Draw time and memory over the size of a batch."""
+    figure = Figure(figsize=(10.0, 4.2), layout="constrained")
+    times, peaks = figure.subplots(1, 2)
+    for growth in growths:
+        times.loglog(growth.sizes, growth.times, marker="o", markersize=4, label=growth.name)
+        seen = [(size, peak) for size, peak in zip(growth.sizes, growth.peaks)]
+        peaks.loglog(*zip(*seen), marker="o", markersize=4, label=growth.name)
+    times.set(xlabel="items in one call", ylabel="time per item [s]", title="Time")
+    peaks.set(
+        xlabel="items in one call",
+        ylabel="allocated at most [MB]",
+        title="Peak memory of a call",
+    )
+    for axes in (times, peaks):
+        axes.grid(alpha=0.3)
+        axes.legend(fontsize="small")
+    figure.savefig(path, dpi=110)
+
+
+def save_services(path: Path, growths: Sequence[ServiceGrowth]) -> None:
+    """Draw the time of a call over the steps of the trace."""
+    figure = Figure(figsize=(6.0, 4.2), layout="constrained")
+    axes = figure.subplots()
+    for growth in growths:
+        if growth.steps == [0]:
+            axes.axhline(growth.times[0], color="gray", linestyle="--", label=growth.name)
+        else:
+            axes.loglog(growth.steps, growth.times, marker="o", markersize=4, label=growth.name)
+    axes.set(xlabel="steps of the trace", ylabel="time of a call [s]", title="Services")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    figure.savefig(path, dpi=110)
+
+
+def save_machines(path: Path, loads: Sequence[MachineLoad]) -> None:
+    """Draw the rate that each machine reaches, and its late cycles, over their number."""
+    figure = Figure(figsize=(10.0, 4.2), layout="constrained")
+    rates, late = figure.subplots(1, 2)
+    for load in loads:
+        x = [load.machines] * len(load.rates)
+        rates.plot(x, load.rates, "o", color="C0", markersize=4)
+        percent = [100.0 * count / rate for count, rate in zip(load.late, load.rates)]
+        late.plot(x, percent, "o", color="C1", markersize=4)
+    rates.set(ylabel="cycles per second", title="Rate of each ik_node", ylim=(0.0, None))
+    late.set(ylabel="late cycles [%]", title="Late cycles of each ik_node", ylim=(0.0, None))
+    for axes in (rates, late):
+        axes.set_xlabel("machines, three nodes each")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.grid(alpha=0.3)
+    figure.savefig(path, dpi=110)
 
 
 def run() -> bool:
     """Measure batches, services and machines; return whether all nodes answered."""
     missing: list[Missing] = []
     FOLDER.mkdir(parents=True, exist_ok=True)
-    batches = []
+    curves = []
     lines: list[tuple[str, ...]] = [("batch function", "items", "time per item", "peak memory")]
-    for growth in growth_batches.batches():
+    for growth in batches():
         _say(growth.name)
-        batches.append(growth)
+        curves.append(growth)
         for size, taken, peak in zip(growth.sizes, growth.times, growth.peaks):
             lines.append((growth.name, f"{size:,}", in_seconds(taken), f"{peak:.1f} MB"))
     print_lines(lines)
-    growth_plots.save_batches(FOLDER / "performance_batches.png", batches)
+    save_batches(FOLDER / "performance_batches.png", curves)
 
-    services = []
+    traces = []
     lines = [("service", "steps", "time of a call")]
-    for service in growth_nodes.services():
+    for service in services():
         if isinstance(service, Missing):
             missing.append(service)
             continue
         _say(service.name)
-        services.append(service)
+        traces.append(service)
         for steps, taken in zip(service.steps, service.times):
             lines.append((service.name, f"{steps:,}" if steps else "-", in_seconds(taken)))
     print_lines(lines)
-    if services:
-        growth_plots.save_services(FOLDER / "performance_services.png", services)
+    if traces:
+        save_services(FOLDER / "performance_services.png", traces)
 
-    machines = _machines(missing, growth_nodes.MACHINES, one_process=False)
-    _machines(missing, growth_nodes.MACHINES_IN_ONE_PROCESS, one_process=True)
-    if machines:
-        growth_plots.save_machines(FOLDER / "performance_machines.png", machines)
+    loads = _machines(missing, MACHINES, one_process=False)
+    _machines(missing, MACHINES_IN_ONE_PROCESS, one_process=True)
+    if loads:
+        save_machines(FOLDER / "performance_machines.png", loads)
     for row in missing:
         _say(f"no answer: {row.what}: {row.reason}")
     return not any(row.is_failure for row in missing)
 
 
-def _machines(
-    missing: list[Missing], most: int, *, one_process: bool
-) -> list[growth_nodes.MachineLoad]:
+def _machines(missing: list[Missing], most: int, *, one_process: bool) -> list[MachineLoad]:
     """Measure and print how many machines run on this computer; return what was found."""
     found = []
     head = "machines, one process each" if one_process else "machines, three processes each"
     lines: list[tuple[str, ...]] = [(head, "cycles per second", "late cycles")]
-    for load in growth_nodes.machines(most, one_process):
+    for load in machines(most, one_process):
         if isinstance(load, Missing):
             missing.append(load)
             continue

@@ -1,4 +1,4 @@
-"""Which computer, which versions, and which state of the sources a run belongs to."""
+"""Which computer, versions and sources a run belongs to, and what processor time processes take."""
 
 from __future__ import annotations
 
@@ -37,6 +37,12 @@ def processor() -> str:
 def memory() -> float:
     """Return the size of the memory [GB]."""
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 1e9
+
+
+def processor_time(pid: int) -> int:
+    """Return the processor time of all threads of a process [ns]."""
+    tasks = Path(f"/proc/{pid}/task").iterdir()
+    return sum(int((task / "schedstat").read_text().split()[0]) for task in tasks)
 
 
 def versions() -> list[str]:

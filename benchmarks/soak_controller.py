@@ -22,9 +22,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from benchmarks.judge import SCENARIOS, Findings, Judge, Scenario
-from benchmarks.random_paths import random_path
 from benchmarks.soak import (
     RandomActions,
+    random_path,
     random_pauses,
     random_place,
     random_shaper,

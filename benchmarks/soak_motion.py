@@ -20,9 +20,9 @@ import numpy as np
 
 from benchmarks import edge_jogs, linear_moves
 from benchmarks.judge import COARSE, SCENARIOS, Findings, Judge, Scenario
-from benchmarks.random_paths import random_path
 from benchmarks.soak import (
     RandomActions,
+    random_path,
     random_pauses,
     random_place,
     random_shaper,

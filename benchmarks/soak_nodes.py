@@ -20,7 +20,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 
 from benchmarks.command_line import numbers
-from benchmarks.processor_time import processor_time
+from benchmarks.machine import processor_time
 from testing.client import Client
 from testing.commands import assert_stretches_within_limits
 from testing.domain import own_context, own_domain

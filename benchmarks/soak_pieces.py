@@ -24,8 +24,7 @@ import numpy as np
 
 from benchmarks.command_line import numbers
 from benchmarks.judge import LIMITS, UNEQUAL, UNEQUAL_LIMITS, WIDE
-from benchmarks.random_paths import random_path
-from benchmarks.soak import random_place, random_shaper
+from benchmarks.soak import random_path, random_place, random_shaper
 from testing.pieces import timed
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.errors import KinematicsError

@@ -15,7 +15,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
 from benchmarks.harness import NoAnswerError
-from benchmarks.processor_time import processor_time
+from benchmarks.machine import processor_time
 from benchmarks.ros_session import session
 
 WARM_UP_TIME = 2.0  # s
