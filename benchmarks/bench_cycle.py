@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import tempfile
 import time
@@ -17,7 +18,7 @@ from sensor_msgs.msg import JointState
 
 from benchmarks.harness import Figure, Missing, NoAnswerError, attempt, figure
 from benchmarks.machine import processor_time
-from benchmarks.ros_session import Session, session
+from benchmarks.ros_session import Session, pose_at, session
 from benchmarks.timed_cycle import RATE
 
 WINDOWS = 12
@@ -85,19 +86,10 @@ def _ik_node(role: str, remaps: tuple[str, ...]) -> tuple[Times, Times]:
         # The simulator listens to ours: so each publishes to one that listens.
         _listen(running, JointState, f"{BARE}/joint_commands")
         first = _listen(running, JointState, f"{OURS}/joint_commands")
-        running.probe.destroy_subscription(first)
-        publisher = running.probe.create_publisher(PoseStamped, f"{OURS}/target_pose", 10)
-        message = PoseStamped()
-        count = 0
-
-        def move() -> None:
-            nonlocal count
-            point = message.pose.position
-            point.x, point.y, point.z = TARGETS[count % len(TARGETS)]
-            count += 1
-            publisher.publish(message)
-
-        windows, loads = _watch(pids, move)
+        running.node.destroy_subscription(first)
+        publisher = running.node.create_publisher(PoseStamped, f"{OURS}/target_pose", 10)
+        targets = itertools.cycle(map(pose_at, TARGETS))
+        windows, loads = _watch(pids, lambda: publisher.publish(next(targets)))
         running.stop()
         calls = [np.load(file) for file in files]
     work: Times = ([], [])
@@ -114,7 +106,7 @@ def _simulator_node() -> Times:
         running.start_bare("timer", OURS, DEFAULT_RATE)
         pids = (
             running.start_node("simulator_node", OURS),
-            _start_bare(running, "machine", COMMANDS_OF_OURS),
+            running.start_bare("machine", BARE, DEFAULT_RATE, COMMANDS_OF_OURS),
         )
         for place in (OURS, BARE):
             _listen(running, JointState, f"{place}/joint_states")
@@ -127,7 +119,7 @@ def _fk_node() -> Times:
         running.start_node("simulator_node", OURS)
         pids = (
             running.start_node("fk_node", OURS),
-            _start_bare(running, "pose_and_twist", MEASURED_OF_OURS),
+            running.start_bare("pose_and_twist", BARE, DEFAULT_RATE, MEASURED_OF_OURS),
         )
         for place in (OURS, BARE):
             _listen(running, PoseStamped, f"{place}/platform_pose")
@@ -135,15 +127,10 @@ def _fk_node() -> Times:
         return _watch(pids)[1]
 
 
-def _start_bare(running: Session, role: str, remaps: tuple[str, ...]) -> int:
-    arguments = [role, str(DEFAULT_RATE)]
-    return running.start_module("benchmarks.bare_nodes", arguments, role, BARE, remaps)
-
-
 def _listen(running: Session, kind: type, topic: str) -> Subscription:
     """Wait for a first message, and stay a listener: messages then come in, and nobody looks."""
     received: list[Any] = []
-    listener = running.probe.create_subscription(
+    listener = running.node.create_subscription(
         kind, topic, received.append, qos_profile_sensor_data
     )
     running.spin_until(lambda: received, topic)

@@ -13,7 +13,7 @@ from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import JointState
 
 from benchmarks.harness import Figure, Missing, attempt, figure, in_turn
-from benchmarks.ros_session import Session, session
+from benchmarks.ros_session import Session, pose_at, session
 
 RATE = 500.0  # 1/s of each timer: the default of both nodes
 BLOCKS = 6  # of each chain; each is another start of its nodes
@@ -57,8 +57,8 @@ class Chain(NamedTuple):
 
         with session() as running:
             self.start(running)
-            publisher = running.probe.create_publisher(*self.given, 10)
-            running.probe.create_subscription(*self.answer, on_answer, 10)
+            publisher = running.node.create_publisher(*self.given, 10)
+            running.node.create_subscription(*self.answer, on_answer, 10)
             running.spin_until(lambda: value and publisher.get_subscription_count(), "the chain")
             running.spin_for(1.0)
             for count in range(SAMPLES):
@@ -84,7 +84,7 @@ def figures() -> Iterator[Figure | Missing]:
         "bare node: PoseStamped in, timer, JointState out",
         Chain(_start_nodes("simulator_node", "ik_node"), pose, command, setpoint_of),
         Chain(_start_bare("setpoints"), pose, command, setpoint_of),
-        [_pose(position) for position in POSES],
+        [pose_at(position) for position in POSES],
         goal=1.15,
     )
     platform = (PoseStamped, "platform_pose")
@@ -120,13 +120,6 @@ def _start_nodes(*names: str) -> Callable[[Session], object]:
 
 def _start_bare(*roles: str) -> Callable[[Session], object]:
     return lambda running: [running.start_bare(role, "/", RATE) for role in roles]
-
-
-def _pose(position: tuple[float, float, float]) -> PoseStamped:
-    message = PoseStamped()
-    point = message.pose.position
-    point.x, point.y, point.z = position
-    return message
 
 
 def _command(heights: tuple[float, float, float]) -> JointState:

@@ -38,9 +38,9 @@ def _compared(what: str, kind: type, request: Any, goal: float) -> Figure:
     with session() as running:
         running.start_node("mechanism_node", "/ours")
         running.start_bare("server", "/bare")
-        empty = running.probe.create_client(Trigger, "/bare/server/trigger")
+        empty = running.node.create_client(Trigger, "/bare/server/trigger")
         name = f"/ours/mechanism_node/{service_name(kind)}"
-        client = running.probe.create_client(kind, name)
+        client = running.node.create_client(kind, name)
         running.spin_until(lambda: client.service_is_ready() and empty.service_is_ready(), name)
         times = in_turn(
             ROUNDS,

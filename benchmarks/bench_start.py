@@ -39,7 +39,7 @@ def _time_to_serve(node: str) -> float:
     for that.
     """
     with session() as running:
-        client = running.probe.create_client(ListParameters, f"{NAMESPACE}/{node}/list_parameters")
+        client = running.node.create_client(ListParameters, f"{NAMESPACE}/{node}/list_parameters")
         begin = time.monotonic()
         if node == BARE:
             running.start_bare(node, NAMESPACE)

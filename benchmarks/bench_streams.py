@@ -22,7 +22,7 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
 from benchmarks.harness import Missing, NoAnswerError
-from benchmarks.ros_session import Session, session
+from benchmarks.ros_session import Session, pose_at, session
 from benchmarks.table import print_lines
 from testing.client import Probe
 from testing.taking import taken
@@ -101,12 +101,13 @@ class Commander:
     def pose(self, now: float) -> None:
         """Send a place on a circle."""
         angle = 2.0 * math.pi * TURNS * now
-        self._send_pose(RADIUS * math.cos(angle), RADIUS * math.sin(angle), HEIGHT)
+        place = RADIUS * math.cos(angle), RADIUS * math.sin(angle), HEIGHT
+        self._pose.publish(pose_at(place))
 
     def random_pose(self, _: float) -> None:
         """Send a place anywhere."""
         x, y = self._chance.uniform(-0.07, 0.07), self._chance.uniform(-0.07, 0.07)
-        self._send_pose(x, y, self._chance.uniform(0.15, 0.3))
+        self._pose.publish(pose_at((x, y, self._chance.uniform(0.15, 0.3))))
 
     def state(self, now: float) -> None:
         """Send the state of a target that moves on a circle."""
@@ -121,15 +122,10 @@ class Commander:
 
     def limits(self, now: float) -> None:
         """Set other limits, in the middle of moves."""
-        self.random_pose(now) if self._chance.random() < 0.2 else None
+        if self._chance.random() < 0.2:
+            self.random_pose(now)
         scale = self._chance.uniform(0.3, 1.0)
         self._limits.set_parameters([Parameter("speed_scale", value=scale)])
-
-    def _send_pose(self, x: float, y: float, z: float) -> None:
-        message = PoseStamped()
-        point = message.pose.position
-        point.x, point.y, point.z = x, y, z
-        self._pose.publish(message)
 
     @property
     def is_connected(self) -> bool:
@@ -191,7 +187,7 @@ def streams() -> Iterator[tuple[Stream, Stream] | Missing]:
 def _measured(running: Session, rate: float, kind: Kind) -> tuple[Stream, Stream]:
     running.start_node("simulator_node", "/")
     running.start_node("ik_node", "/", rate=rate, **(SHAPER if kind.shaped else {}))
-    commander = Commander(running.probe)
+    commander = Commander(running.node)
     running.spin_until(lambda: commander.is_connected, "the nodes")
     idle, busy = Stream("nothing", rate, [], [], 0.0), Stream(kind.what, rate, [], [], 0.0)
     command = getattr(commander, kind.method)

@@ -7,7 +7,7 @@ import sys
 import time
 import tracemalloc
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ from benchmarks.bench_services import (
 from benchmarks.bench_tri_glide import GEOMETRY, positions
 from benchmarks.harness import Missing, NoAnswerError, pinned_to_one_core
 from benchmarks.machine import ROOT
-from benchmarks.ros_session import Session, session
+from benchmarks.ros_session import Session, pose_at, session
 from benchmarks.table import in_seconds, print_lines
 from tri_glide_interfaces.srv import TraceFMechanism, TraceFourBar
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
@@ -50,10 +51,10 @@ class Growth(NamedTuple):
     """One curve: what a call took for each size.
 
     Attributes:
-        name: of the function.
-        sizes: items in the call.
-        times: per item [s].
-        peaks: of what a call allocates [MB].
+        name: of the function, or of the service.
+        sizes: items in the call, or steps of the trace.
+        times: per item, or of the call of a service [s].
+        peaks: of what the call of a function allocates [MB].
     """
 
     name: str
@@ -113,7 +114,7 @@ def available_memory() -> float:
     return math.inf
 
 
-MOST_STEPS = {TraceFourBar: 100_000, TraceFMechanism: 100_000}  # that a request may ask for
+STEPS = [10**power for power in range(1, 6)]  # no request may ask for more
 REQUESTS: dict[type, Callable[[int], object]] = {
     TraceFourBar: four_bar_request,
     TraceFMechanism: f_mechanism_request,
@@ -126,26 +127,12 @@ LATE = "late cycles in the last second"
 RATE = "loop rate [1/s]"
 
 
-class ServiceGrowth(NamedTuple):
-    """One curve: what a call took for each number of steps.
-
-    Attributes:
-        name: of the service.
-        steps: of the trace.
-        times: of the call [s].
-    """
-
-    name: str
-    steps: list[int]
-    times: list[float]
-
-
 class MachineLoad(NamedTuple):
     """What ``ik_node`` says of its loop while several machines move on this computer.
 
     Attributes:
         machines: number of them.
-        late: late cycles per second of each machine.
+        late: late cycles of each machine [%].
         rates: cycles per second of each machine.
     """
 
@@ -162,10 +149,10 @@ def _start_machine(running: Session, namespace: str, one_process: bool) -> None:
         running.start_node(node, namespace)
 
 
-def services() -> Iterator[ServiceGrowth | Missing]:
+def services() -> Iterator[Growth | Missing]:
     """Measure an empty call, which has no steps, and both traces."""
-    curves: dict[str, Callable[[], ServiceGrowth]] = {"empty call": _empty_call}
-    curves.update({service_name(kind): partial(_trace, kind) for kind in MOST_STEPS})
+    curves: dict[str, Callable[[], Growth]] = {"empty call": _empty_call}
+    curves.update({service_name(kind): partial(_trace, kind) for kind in REQUESTS})
     for name, measure in curves.items():
         try:
             yield measure()
@@ -173,29 +160,27 @@ def services() -> Iterator[ServiceGrowth | Missing]:
             yield Missing(name, str(error), is_failure=True)
 
 
-def _empty_call() -> ServiceGrowth:
+def _empty_call() -> Growth:
     with session() as running:
         running.start_bare("server", "/bare")
-        empty = running.probe.create_client(Trigger, "/bare/server/trigger")
+        empty = running.node.create_client(Trigger, "/bare/server/trigger")
         running.spin_until(empty.service_is_ready, "the bare server")
         mean_time(running, empty, Trigger.Request(), 50)
-        return ServiceGrowth("empty call", [0], [mean_time(running, empty, Trigger.Request(), 200)])
+        return Growth("empty call", [0], [mean_time(running, empty, Trigger.Request(), 200)], [])
 
 
-def _trace(kind: type) -> ServiceGrowth:
+def _trace(kind: type) -> Growth:
     name = service_name(kind)
-    growth = ServiceGrowth(name, [], [])
+    growth = Growth(name, [], [], [])
     with session() as running:
         running.start_node("mechanism_node", "/ours")
-        client = running.probe.create_client(kind, f"/ours/mechanism_node/{name}")
+        client = running.node.create_client(kind, f"/ours/mechanism_node/{name}")
         running.spin_until(client.service_is_ready, name)
-        steps = 10
-        mean_time(running, client, REQUESTS[kind](steps), 5)
-        while steps <= MOST_STEPS[kind]:
+        mean_time(running, client, REQUESTS[kind](STEPS[0]), 5)
+        for steps in STEPS:
             calls = max(1, min(50, 50_000 // steps))
-            growth.steps.append(steps)
+            growth.sizes.append(steps)
             growth.times.append(mean_time(running, client, REQUESTS[kind](steps), calls))
-            steps *= 10
     return growth
 
 
@@ -219,12 +204,12 @@ def machines(most: int = MACHINES, one_process: bool = False) -> Iterator[Machin
                         report = (float(values[LATE]), float(values[RATE]))
                         reports[status.name].append(report)  # noqa: B023
 
-            running.probe.create_subscription(DiagnosticArray, "/diagnostics", on_diagnostics, 100)
+            running.node.create_subscription(DiagnosticArray, "/diagnostics", on_diagnostics, 100)
             publishers = []
             for number in range(count):
                 _start_machine(running, f"/machine_{number}", one_process)
                 topic = f"/machine_{number}/target_pose"
-                publishers.append(running.probe.create_publisher(PoseStamped, topic, 10))
+                publishers.append(running.node.create_publisher(PoseStamped, topic, 10))
             try:
                 running.spin_until(
                     lambda: len(reports) == count,  # noqa: B023
@@ -236,68 +221,72 @@ def machines(most: int = MACHINES, one_process: bool = False) -> Iterator[Machin
             running.spin_for(3.0)
             reports.clear()
             for index in range(int(MACHINE_TIME / TARGET_PERIOD)):
-                message = PoseStamped()
-                point = message.pose.position
-                point.x, point.y, point.z = TARGETS[index % len(TARGETS)]
+                message = pose_at(TARGETS[index % len(TARGETS)])
                 for publisher in publishers:
                     publisher.publish(message)
                 running.spin_for(TARGET_PERIOD)
             means = [np.mean(values, axis=0) for _, values in sorted(reports.items())]
-        late, rates = ([float(mean[column]) for mean in means] for column in (0, 1))
-        yield MachineLoad(count, late, rates)
+        late = [100.0 * float(missed / rate) for missed, rate in means]
+        yield MachineLoad(count, late, [float(rate) for _, rate in means])
 
 
-def save_batches(path: Path, growths: Sequence[Growth]) -> None:
+# Names of what grows, sizes, and what is told of these.
+Curves = Iterable[tuple[str, list[int], list[float]]]
+
+
+def _draw(axes: Axes, curves: Curves, **words: str) -> None:
+    """Draw curves over their sizes; one without a size is a level line."""
+    for name, sizes, values in curves:
+        if sizes == [0]:
+            axes.axhline(values[0], color="gray", linestyle="--", label=name)
+        else:
+            axes.loglog(sizes, values, marker="o", markersize=4, label=name)
+    axes.set(**words)
+    axes.legend(fontsize="small")
+
+
+def _save(figure: Figure, name: str) -> None:
+    for axes in figure.axes:
+        axes.grid(alpha=0.3)
+    figure.savefig(FOLDER / f"performance_{name}.png", dpi=110)
+
+
+def save_batches(growths: Sequence[Growth]) -> None:
     """Draw time and memory over the size of a batch."""
     figure = Figure(figsize=(10.0, 4.2), layout="constrained")
     times, peaks = figure.subplots(1, 2)
-    for growth in growths:
-        times.loglog(growth.sizes, growth.times, marker="o", markersize=4, label=growth.name)
-        seen = [(size, peak) for size, peak in zip(growth.sizes, growth.peaks)]
-        peaks.loglog(*zip(*seen), marker="o", markersize=4, label=growth.name)
-    times.set(xlabel="items in one call", ylabel="time per item [s]", title="Time")
-    peaks.set(
-        xlabel="items in one call",
-        ylabel="allocated at most [MB]",
-        title="Peak memory of a call",
-    )
-    for axes in (times, peaks):
-        axes.grid(alpha=0.3)
-        axes.legend(fontsize="small")
-    figure.savefig(path, dpi=110)
+    size = "items in one call"
+    of_times = ((each.name, each.sizes, each.times) for each in growths)
+    _draw(times, of_times, xlabel=size, ylabel="time per item [s]", title="Time")
+    of_peaks = ((each.name, each.sizes, each.peaks) for each in growths)
+    most = "allocated at most [MB]"
+    _draw(peaks, of_peaks, xlabel=size, ylabel=most, title="Peak memory of a call")
+    _save(figure, "batches")
 
 
-def save_services(path: Path, growths: Sequence[ServiceGrowth]) -> None:
+def save_services(growths: Sequence[Growth]) -> None:
     """Draw the time of a call over the steps of the trace."""
     figure = Figure(figsize=(6.0, 4.2), layout="constrained")
-    axes = figure.subplots()
-    for growth in growths:
-        if growth.steps == [0]:
-            axes.axhline(growth.times[0], color="gray", linestyle="--", label=growth.name)
-        else:
-            axes.loglog(growth.steps, growth.times, marker="o", markersize=4, label=growth.name)
-    axes.set(xlabel="steps of the trace", ylabel="time of a call [s]", title="Services")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    figure.savefig(path, dpi=110)
+    times = ((each.name, each.sizes, each.times) for each in growths)
+    words = {"xlabel": "steps of the trace", "ylabel": "time of a call [s]", "title": "Services"}
+    _draw(figure.subplots(), times, **words)
+    _save(figure, "services")
 
 
-def save_machines(path: Path, loads: Sequence[MachineLoad]) -> None:
+def save_machines(loads: Sequence[MachineLoad]) -> None:
     """Draw the rate that each machine reaches, and its late cycles, over their number."""
     figure = Figure(figsize=(10.0, 4.2), layout="constrained")
     rates, late = figure.subplots(1, 2)
     for load in loads:
         x = [load.machines] * len(load.rates)
         rates.plot(x, load.rates, "o", color="C0", markersize=4)
-        percent = [100.0 * count / rate for count, rate in zip(load.late, load.rates)]
-        late.plot(x, percent, "o", color="C1", markersize=4)
+        late.plot(x, load.late, "o", color="C1", markersize=4)
     rates.set(ylabel="cycles per second", title="Rate of each ik_node", ylim=(0.0, None))
     late.set(ylabel="late cycles [%]", title="Late cycles of each ik_node", ylim=(0.0, None))
     for axes in (rates, late):
         axes.set_xlabel("machines, three nodes each")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        axes.grid(alpha=0.3)
-    figure.savefig(path, dpi=110)
+    _save(figure, "machines")
 
 
 def run() -> bool:
@@ -312,7 +301,7 @@ def run() -> bool:
         for size, taken, peak in zip(growth.sizes, growth.times, growth.peaks):
             lines.append((growth.name, f"{size:,}", in_seconds(taken), f"{peak:.1f} MB"))
     print_lines(lines)
-    save_batches(FOLDER / "performance_batches.png", curves)
+    save_batches(curves)
 
     traces = []
     lines = [("service", "steps", "time of a call")]
@@ -322,16 +311,16 @@ def run() -> bool:
             continue
         _say(service.name)
         traces.append(service)
-        for steps, taken in zip(service.steps, service.times):
+        for steps, taken in zip(service.sizes, service.times):
             lines.append((service.name, f"{steps:,}" if steps else "-", in_seconds(taken)))
     print_lines(lines)
     if traces:
-        save_services(FOLDER / "performance_services.png", traces)
+        save_services(traces)
 
     loads = _machines(missing, MACHINES, one_process=False)
     _machines(missing, MACHINES_IN_ONE_PROCESS, one_process=True)
     if loads:
-        save_machines(FOLDER / "performance_machines.png", loads)
+        save_machines(loads)
     for row in missing:
         _say(f"no answer: {row.what}: {row.reason}")
     return not any(row.is_failure for row in missing)
@@ -348,12 +337,11 @@ def _machines(missing: list[Missing], most: int, *, one_process: bool) -> list[M
             continue
         _say(f"{load.machines} {head}")
         found.append(load)
-        late = [100.0 * count / rate for count, rate in zip(load.late, load.rates)]
         lines.append(
             (
                 str(load.machines),
                 " ".join(f"{rate:.0f}" for rate in load.rates),
-                " ".join(f"{part:.1f} %" for part in late),
+                " ".join(f"{part:.1f} %" for part in load.late),
             )
         )
     print_lines(lines)

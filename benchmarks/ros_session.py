@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseStamped
 from rclpy.context import Context
 
 from benchmarks.harness import NoAnswerError
@@ -20,22 +21,32 @@ STATUS_TIMEOUT = 5.0  # s, for the latched status of a node, once something went
 QUIET = ("--log-level", "ERROR")
 
 
-class Session:
-    """Processes in one domain, and the node ``probe`` beside them."""
+def pose_at(position: Sequence[float]) -> PoseStamped:
+    """Return the message of a position [m]."""
+    message = PoseStamped()
+    point = message.pose.position
+    point.x, point.y, point.z = position
+    return message
+
+
+class Session(Probe):
+    """Processes in one domain, and a node beside them, which probes."""
 
     def __init__(self, context: Context) -> None:
         """Join the domain."""
-        self._probe = Probe(context, "/")
+        super().__init__(context, "/")
         self._launcher = Launcher()
-        self.probe = self._probe.node
 
     def start_node(self, name: str, namespace: str, **parameters: object) -> int:
         """Start an installed executable of this project and return its process id."""
         return self._launcher.start(name, parameters, namespace=namespace, arguments=QUIET).pid
 
-    def start_bare(self, role: str, namespace: str, rate: float = 0.0) -> int:
+    def start_bare(
+        self, role: str, namespace: str, rate: float = 0.0, remaps: Sequence[str] = ()
+    ) -> int:
         """Start a node of ``bare_nodes`` and return its process id."""
-        return self.start_module("benchmarks.bare_nodes", [role, str(rate)], role, namespace)
+        arguments = [role, str(rate)]
+        return self.start_module("benchmarks.bare_nodes", arguments, role, namespace, remaps)
 
     def start_module(
         self,
@@ -64,7 +75,7 @@ class Session:
             NoAnswerError: if it does not; the text says how each process is.
         """
         try:
-            self._probe.wait_for(condition, what, TIMEOUT, longest_nap)
+            self.wait_for(condition, what, TIMEOUT, longest_nap)
         except TimeoutError as error:
             raise self.no_answer(str(error)) from None
 
@@ -82,14 +93,10 @@ class Session:
             return f"{place} is running"
         # It is latched, so it can be listened to when it is needed.
         topic = f"{node.namespace.rstrip('/')}/ik_node/status"
-        statuses = self._probe.record(DiagnosticStatus, topic, LATCHED)
+        statuses = self.record(DiagnosticStatus, topic, LATCHED)
         with suppress(TimeoutError):
-            self._probe.wait_for(lambda: statuses, "a status", STATUS_TIMEOUT)
+            self.wait_for(lambda: statuses, "a status", STATUS_TIMEOUT)
         return f"{place} is running, {statuses[-1].message if statuses else 'without a status'}"
-
-    def spin_for(self, duration: float) -> None:
-        """Spin for ``duration`` seconds."""
-        self._probe.spin_for(duration)
 
     def stop(self) -> None:
         """End all processes that were started and not yet ended."""
@@ -98,7 +105,7 @@ class Session:
     def close(self) -> None:
         """End all processes, and the probe."""
         self.stop()
-        self._probe.close()
+        super().close()
 
 
 @contextmanager

@@ -33,7 +33,7 @@ def main() -> int:
 
     with session() as running:
         pids = [running.start_node(name, "/probed") for name in ("simulator_node", "ik_node")]
-        running.probe.create_subscription(
+        running.node.create_subscription(
             JointState, "/probed/joint_commands", hear, qos_profile_sensor_data
         )
         try:
