@@ -13,22 +13,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from benchmarks.bench_smoothness import LOWER, MOST_STEPS, UPPER, started
+from benchmarks.bench_smoothness import LOWER, UPPER, drive_to_rest
 from benchmarks.command_line import numbers
 from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
-from benchmarks.soak import random_path
+from benchmarks.soak import engine_at, random_path, random_velocity
 from benchmarks.table import print_lines
+from testing.jerk_on_paths import PERIOD
 from testing.swing_behind import left_behind, settled_at
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
     MotionEngine,
     MotionKind,
-    MotionPhase,
-    SliderLimits,
     Trajectory,
     plan_move,
 )
@@ -44,7 +44,6 @@ OFF = 0.15
 CLOSE = 50e-6  # m
 JERKS = np.geomspace(10.0, 400.0, 20)  # m/s^3
 
-PERIOD = 0.001  # s, of the engine
 FREQUENCIES = (8.0, 60.0)  # Hz, of modes at random
 JOG_SPEEDS = (0.02, 1.0)  # m/s
 JOG_TIMES = (0.02, 0.5)  # s
@@ -106,15 +105,12 @@ def moved(
 ) -> Trajectory:
     """Return the move between two ``ends`` [m]; without a ``jerk`` limit, at the default one."""
     start, end = ends
-    limits = LIMITS
-    if jerk is not None:
-        limits = SliderLimits(LIMITS.velocity, LIMITS.acceleration, (jerk,) * 3)
+    limits = LIMITS if jerk is None else replace(LIMITS, jerk=(jerk,) * 3)
     return plan_move(WORKSPACE, limits, start, end, kind=kind, shaper=shaper)
 
 
-def settled(motion: Trajectory, mode: Mode) -> float:
-    """Return when the platform is there for good [s]."""
-    return settled_at(MACHINE, motion, mode, CLOSE)
+# When the platform is there for good [s].
+settled = partial(settled_at, MACHINE, close=CLOSE)
 
 
 class Knowledge(NamedTuple):
@@ -190,7 +186,7 @@ def driven(motion: Motion, shaper: Shaper | None = None) -> Driven:
     engine, heights = _before_last(motion, shaper)
     _, command = motion.commands[-1]
     command(engine)
-    rest = _time_to_rest(engine, heights)
+    rest = drive_to_rest(engine, heights)
     return Driven(MACHINE.forward_batch(np.array(heights)), rest)
 
 
@@ -200,7 +196,7 @@ def _before_last(motion: Motion, shaper: Shaper | None) -> tuple[MotionEngine, l
     Raises:
         KinematicsError: if a command is refused.
     """
-    engine = started(motion.kind, motion.start)
+    engine = engine_at(motion.start, kind=motion.kind)
     engine.set_shaper(shaper)
     heights = [engine.state.heights]
     for number, (time, command) in enumerate(motion.commands):
@@ -209,21 +205,6 @@ def _before_last(motion: Motion, shaper: Shaper | None) -> tuple[MotionEngine, l
         if number < len(motion.commands) - 1:
             command(engine)
     return engine, heights
-
-
-def _time_to_rest(engine: MotionEngine, heights: list[Vector3]) -> float:
-    """Drive until nothing moves, add the ``heights`` [m], and return how long that takes [s].
-
-    Raises:
-        RuntimeError: if it does not come to rest.
-    """
-    last, rest = len(heights), 0.0
-    while engine.phase is not MotionPhase.IDLE:
-        rest = (len(heights) - last) * PERIOD + engine.time_to_rest
-        heights.append(engine.step(PERIOD).heights)
-        if len(heights) > MOST_STEPS:
-            raise RuntimeError(f"no rest after {MOST_STEPS} steps")
-    return rest
 
 
 # Makes motions at random.
@@ -242,10 +223,8 @@ def _twist(
     rng: np.random.Generator, begin: float, times: tuple[float, float]
 ) -> tuple[Commands, float]:
     """Return a twist that is renewed, and when it ends [s]."""
-    velocity = rng.normal(size=3)
-    velocity *= np.exp(rng.uniform(*np.log(JOG_SPEEDS))) / np.linalg.norm(velocity)
+    twist = random_velocity(rng, *JOG_SPEEDS)
     length = rng.uniform(*times)
-    twist = velocity.tolist()
     renewed = np.arange(0.0, length, TWIST_PERIOD)
     return [(begin + time, lambda engine: engine.jog(twist)) for time in renewed], begin + length
 
@@ -329,18 +308,14 @@ def left(kind: str, count: int = COUNT) -> Left:
         except KinematicsError:
             refused += 1
             continue
-        found.append(
-            [
-                (
-                    left_behind(calm.places, PERIOD, true),
-                    left_behind(plain.places, PERIOD, true),
-                )
-                for calm, (_, true) in zip(shaped, cases)
-            ]
-        )
+        found.append([_left_of(calm, plain, true) for calm, (_, true) in zip(shaped, cases)])
     table = np.array(found).reshape(-1, len(KNOWN), 2)
-    shaped_ones, unshaped = np.moveaxis(table, -1, 0)
-    return Left(kind, shaped_ones, unshaped, refused)
+    return Left(kind, table[..., 0], table[..., 1], refused)
+
+
+def _left_of(calm: Driven, plain: Driven, true: Mode) -> list[float]:
+    """Return the swing of the ``true`` mode that is left of two motions [m]."""
+    return [left_behind(each.places, PERIOD, true) for each in (calm, plain)]
 
 
 def figures(kind: str, count: int = COUNT) -> Iterator[tuple[str, ...]]:
@@ -383,10 +358,12 @@ def _stopped_target(rng: np.random.Generator) -> Motion:
     return Motion(MotionKind.LINEAR, start, [*reports, (end, MotionEngine.stop)])
 
 
+def _stopped_of(kind: str) -> Maker:
+    return lambda rng: _stopped(KINDS[kind](rng), rng)
+
+
 STOPS: dict[str, Maker] = {
-    "lines": lambda rng: _stopped(KINDS["lines"](rng), rng),
-    "slider moves": lambda rng: _stopped(KINDS["slider moves"](rng), rng),
-    "paths": lambda rng: _stopped(KINDS["paths"](rng), rng),
+    **{kind: _stopped_of(kind) for kind in ("lines", "slider moves", "paths")},
     "jogs": _stopped_jog((1, 1), JOG_TIMES),
     "jogs that change": _stopped_jog(TWISTS, CHANGE_TIMES),
     "moving targets": _stopped_target,
@@ -402,22 +379,12 @@ HEAD_OF_STOPS = (
 )
 
 
-class StopTimes(NamedTuple):
-    """Times from a stop until nothing moves [s].
-
-    Attributes:
-        shaped: with a shaper, less the time of this.
-        same_state: without one, from the state and the plan that are held with it.
-        same_commands: without one, after the same commands.
-    """
-
-    shaped: float
-    same_state: float
-    same_commands: float
-
-
-def stop_times(motion: Motion, shaper: Shaper) -> StopTimes:
+def stop_times(motion: Motion, shaper: Shaper) -> tuple[float, float, float]:
     """Stop a ``motion`` with a shaper and without.
+
+    Returns:
+        Times from the stop until nothing moves [s]: with the shaper, less the time of this; without
+        one, from the state and the plan that are held with it; and after the same commands.
 
     Raises:
         KinematicsError: if a command is refused.
@@ -427,13 +394,13 @@ def stop_times(motion: Motion, shaper: Shaper) -> StopTimes:
     same = _without_shaper(engine, motion)
     engine.stop()
     same.stop()
-    shaped = _time_to_rest(engine, []) - shaper.duration
-    return StopTimes(shaped, _time_to_rest(same, []), without)
+    shaped = drive_to_rest(engine, []) - shaper.duration
+    return shaped, drive_to_rest(same, []), without
 
 
 def _without_shaper(engine: MotionEngine, motion: Motion) -> MotionEngine:
     """Return an engine that holds the same plan and has no shaper."""
-    same = started(motion.kind, motion.start)
+    same = engine_at(motion.start, kind=motion.kind)
     held = engine._holder.held
     limits = replace(held.limits, shaper=None, planned=None)
     same._holder.hold(replace(held, limits=limits, pending=None), engine._holder.time)
@@ -454,10 +421,9 @@ def stopped(kind: str, count: int = COUNT) -> FloatArray:
         try:
             motion = STOPS[kind](rng)
             shaper, _ = KNOWN[rng.integers(len(KNOWN))].drawn(rng)
-            shaped, *unshaped = stop_times(motion, shaper)
+            shaped, state, commands = stop_times(motion, shaper)
         except KinematicsError:
             continue
-        state, commands = unshaped
         if state > 0.0 and commands > 0.0:
             later.append((shaped / state - 1.0, shaped / commands - 1.0))
     return np.array(later).reshape(-1, 2)

@@ -108,7 +108,3 @@ def begin(machine: Machine, goals: GoalClient, path: list[tuple[float, float, fl
     gaps = 1e-9 * np.diff(stamps[since - 1 : first + 50])
     late = int((gaps > LATE / RATE).sum())
     return Begin(1e-9 * float(stamps[first] - sent), late, len(gaps), gaps.max())
-
-
-if __name__ == "__main__":
-    run()

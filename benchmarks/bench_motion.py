@@ -8,7 +8,8 @@ from dataclasses import replace
 from ruckig import InputParameter, OutputParameter, Ruckig, Trajectory
 
 from benchmarks.harness import Figure, Work, compare, pinned_to_one_core
-from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
+from benchmarks.judge import LIMITS, MACHINE
+from benchmarks.soak import engine_at
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.vectors import Vector3
@@ -30,7 +31,7 @@ def figures() -> Iterator[Figure]:
     """Measure one row after the other."""
     with pinned_to_one_core():
         for kind, goal in GOALS.items():
-            engine = _engine(kind, SLOW_LIMITS)
+            engine = engine_at(START, SLOW_LIMITS, kind)
             engine.move_to(END)
             yield compare(
                 f"motion engine, one step, {kind.value} motion",
@@ -45,7 +46,7 @@ def figures() -> Iterator[Figure]:
                 Work(engine.step, PERIOD),
                 Work(_bare_step(read=True)),
             )
-            shaped = _engine(kind, SLOW_LIMITS)
+            shaped = engine_at(START, SLOW_LIMITS, kind)
             shaped.set_shaper(SHAPER)
             shaped.move_to(END)
             row = compare(
@@ -56,20 +57,13 @@ def figures() -> Iterator[Figure]:
             )
             yield replace(row, more=SHAPED)
         for kind in GOALS:
-            engine = _engine(kind, LIMITS)
+            engine = engine_at(START, LIMITS, kind)
             yield compare(
                 f"motion engine, a whole move planned and checked, {kind.value} motion",
                 "Ruckig.calculate",
                 Work(_restarted_move(engine)),
                 Work(_bare_plan()),
             )
-
-
-def _engine(kind: MotionKind, limits: SliderLimits) -> MotionEngine:
-    """Return an engine that rests at ``START``."""
-    engine = MotionEngine(WORKSPACE, limits, kind=kind)
-    engine.start(MACHINE.inverse(START))
-    return engine
 
 
 def _restarted_move(engine: MotionEngine) -> Callable[[], None]:

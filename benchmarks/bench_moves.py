@@ -290,7 +290,3 @@ def _row(name: str, ratios: Sequence[float], *, has_goal: bool = True) -> tuple[
 def run() -> bool:
     """Measure and print the table; it is always complete."""
     return print_lines([HEAD, *rows()])
-
-
-if __name__ == "__main__":
-    run()

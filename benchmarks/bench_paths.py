@@ -14,13 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.command_line import numbers
-from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
+from benchmarks.judge import LIMITS, MACHINE
 from benchmarks.references import square_optimum
+from benchmarks.soak import engine_at
 from benchmarks.table import Row, print_rows
 from testing.jerk_on_paths import chatter, circle, polyline, square
 from testing.pieces import timed
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion import MotionEngine, MotionPhase
+from tri_glide_kinematics.motion import MotionPhase
 from tri_glide_kinematics.motion.errors import MotionError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path import PlatformPath
@@ -323,8 +324,7 @@ def _stepped(step: int) -> FloatArray:
         step: length of each step [ms].
     """
     limits = SliderLimits.uniform(1.0, 10.0, COARSE_JERK)
-    moving = MotionEngine(WORKSPACE, limits)
-    moving.start(MACHINE.inverse((0.04, 0.0, 0.3)))
+    moving = engine_at((0.04, 0.0, 0.3), limits)
     moving.follow(circle(0.04))
     heights = [moving.state.heights]
     while moving.phase is not MotionPhase.IDLE:

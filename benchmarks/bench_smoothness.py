@@ -16,13 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks import followed
-from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
-from benchmarks.soak import random_path
+from benchmarks.judge import LIMITS
+from benchmarks.soak import engine_at, random_path
 from benchmarks.table import print_lines
 from testing.jerk_on_paths import FAST, PERIOD, chatter_of, circle, polyline, square
 from tri_glide_kinematics.errors import KinematicsError
@@ -47,16 +47,6 @@ TARGETS = 8
 TARGET_PERIOD = 0.01  # s between two reports of a target
 TARGET_TIME = 2.0  # s
 MOST_STEPS = 60_000
-
-# Starts an engine of a kind at rest at a place, which plans at once.
-Started: TypeAlias = Callable[[MotionKind, Vector3], MotionEngine]
-
-
-def started(kind: MotionKind, place: Vector3) -> MotionEngine:
-    """Return an engine at rest at a ``place`` [m]."""
-    engine = MotionEngine(WORKSPACE, LIMITS, kind=kind)
-    engine.start(MACHINE.inverse(place))
-    return engine
 
 
 class Smoothness(NamedTuple):
@@ -102,10 +92,10 @@ def run() -> bool:
     return print_lines([followed.HEAD, *followed.rows()]) and whole
 
 
-def rows(engine: Started = started) -> Iterator[Smoothness]:
-    """Yield what is told of each kind of motion, by engines that ``engine`` starts."""
+def rows() -> Iterator[Smoothness]:
+    """Yield what is told of each kind of motion."""
     for kind, motions in KINDS.items():
-        yield smoothness(kind, list(motions(engine, np.random.default_rng(SEED))))
+        yield smoothness(kind, list(motions(np.random.default_rng(SEED))))
 
 
 def smoothness(kind: str, motions: list[FloatArray]) -> Smoothness:
@@ -123,22 +113,30 @@ def smoothness(kind: str, motions: list[FloatArray]) -> Smoothness:
 
 
 def to_rest(engine: MotionEngine, heights: list[Vector3]) -> FloatArray:
-    """Step until the engine is at rest, and return all heights, with rest before and after.
-
-    Raises:
-        RuntimeError: if it does not come to rest.
-    """
-    while engine.phase is not MotionPhase.IDLE:
-        heights.append(engine.step(PERIOD).heights)
-        if len(heights) > MOST_STEPS:
-            raise RuntimeError(f"no rest after {MOST_STEPS} steps")
+    """Step until the engine is at rest, and return all heights, with rest before and after."""
+    drive_to_rest(engine, heights)
     # Differences of the first rows have too few before them.
     return np.array([*[heights[0]] * 3, *heights, *[heights[-1]] * 3])
 
 
-def _moves(kind: MotionKind) -> Callable[[Started, np.random.Generator], Iterator[FloatArray]]:
-    def motions(started: Started, rng: np.random.Generator) -> Iterator[FloatArray]:
-        engine = started(kind, MIDDLE)
+def drive_to_rest(engine: MotionEngine, heights: list[Vector3]) -> float:
+    """Drive until nothing moves, add the ``heights`` [m], and return how long that takes [s].
+
+    Raises:
+        RuntimeError: if it does not come to rest.
+    """
+    last, rest = len(heights), 0.0
+    while engine.phase is not MotionPhase.IDLE:
+        rest = (len(heights) - last) * PERIOD + engine.time_to_rest
+        heights.append(engine.step(PERIOD).heights)
+        if len(heights) > MOST_STEPS:
+            raise RuntimeError(f"no rest after {MOST_STEPS} steps")
+    return rest
+
+
+def _moves(kind: MotionKind) -> Callable[[np.random.Generator], Iterator[FloatArray]]:
+    def motions(rng: np.random.Generator) -> Iterator[FloatArray]:
+        engine = engine_at(MIDDLE, kind=kind)
         for target in rng.uniform(LOWER, UPPER, (MOVES, 3)):
             heights = [engine.state.heights]
             engine.move_to(target.tolist())
@@ -147,10 +145,10 @@ def _moves(kind: MotionKind) -> Callable[[Started, np.random.Generator], Iterato
     return motions
 
 
-def _jogs(started: Started, rng: np.random.Generator) -> Iterator[FloatArray]:
+def _jogs(rng: np.random.Generator) -> Iterator[FloatArray]:
     """Yield jogs whose twist turns steadily, or changes now and then, until it ends."""
     for number in range(JOGS):
-        engine = started(MotionKind.LINEAR, MIDDLE)
+        engine = engine_at(MIDDLE, kind=MotionKind.LINEAR)
         heights = [engine.state.heights]
         velocity = rng.normal(size=3)
         turn = rng.uniform(-3.0, 3.0)
@@ -169,23 +167,21 @@ def _jogs(started: Started, rng: np.random.Generator) -> Iterator[FloatArray]:
         yield to_rest(engine, heights)
 
 
-def _targets(started: Started, rng: np.random.Generator) -> Iterator[FloatArray]:
+def _targets(rng: np.random.Generator) -> Iterator[FloatArray]:
     """Yield how a target on a circle is caught up with and followed, until the machine stops."""
     for _ in range(TARGETS):
-        radius, turns = rng.uniform(0.01, 0.05), rng.uniform(0.3, 1.0)
-        engine = started(MotionKind.LINEAR, MIDDLE)
+        target = followed.on_circle(rng.uniform(0.01, 0.05), rng.uniform(0.3, 1.0))
+        engine = engine_at(MIDDLE, kind=MotionKind.LINEAR)
         heights = [engine.state.heights]
         for report in range(round(TARGET_TIME / TARGET_PERIOD)):
-            angle = math.tau * turns * report * TARGET_PERIOD
-            x, y = radius * math.cos(angle), radius * math.sin(angle)
-            engine.track((x, y, MIDDLE[2]), (-math.tau * turns * y, math.tau * turns * x, 0.0))
+            engine.track(*target(report * TARGET_PERIOD))
             for _ in range(round(TARGET_PERIOD / PERIOD)):
                 heights.append(engine.step(PERIOD).heights)
         engine.stop()
         yield to_rest(engine, heights)
 
 
-def _paths(started: Started, rng: np.random.Generator) -> Iterator[FloatArray]:
+def _paths(rng: np.random.Generator) -> Iterator[FloatArray]:
     """Yield circles, squares, polylines and random paths, each at full speed."""
     paths: list[PlatformPath] = [
         *(circle(radius) for radius in (0.02, 0.05)),
@@ -196,7 +192,7 @@ def _paths(started: Started, rng: np.random.Generator) -> Iterator[FloatArray]:
         paths.append(random_path(rng, MIDDLE, PATH_SIZE))
     for path in paths:
         x, y, z = path.position(0.0).tolist()
-        engine = started(MotionKind.LINEAR, (x, y, z))
+        engine = engine_at((x, y, z), kind=MotionKind.LINEAR)
         heights = [engine.state.heights]
         try:
             engine.follow(path)
@@ -213,6 +209,3 @@ KINDS = {
     "tracking of a target on a circle": _targets,
     "paths": _paths,
 }
-
-if __name__ == "__main__":
-    run()

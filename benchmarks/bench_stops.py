@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import gc
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from time import thread_time
@@ -27,7 +27,7 @@ from benchmarks.judge import (
     Judge,
     Scenario,
 )
-from benchmarks.soak import random_path, random_place
+from benchmarks.soak import pieces, random_path, random_place, random_velocity
 from benchmarks.table import print_lines
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
@@ -35,11 +35,10 @@ from tri_glide_kinematics.motion import (
     MotionKind,
     MotionPhase,
     PlatformPath,
-    SliderState,
 )
 from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 STATES = 500
@@ -79,22 +78,10 @@ class Drive:
         """Return a random place of the workspace [m]."""
         return random_place(self.rng, self.workspace, (-0.25, -0.25, -0.1), (0.25, 0.25, 0.6))
 
-    def velocity(self) -> list[float]:
-        """Return a random velocity of the platform of 0.02 to 1 m/s."""
-        direction = self.rng.normal(size=3)
-        speed = 0.02 * 50.0 ** self.rng.random()
-        velocity: list[float] = (speed * direction / np.linalg.norm(direction)).tolist()
-        return velocity
-
     def cycle(self) -> None:
         """Go on for one cycle, with a few pieces of what is being planned."""
         self.heights.append(self.engine.step(PERIOD).heights)
-        self.work()
-
-    def work(self) -> None:
-        """Go on with what is being planned by a few pieces."""
-        left = iter(range(PIECES_IN_CYCLE - 1))
-        self.engine.work(lambda: next(left, None) is not None)
+        self.engine.work(pieces(PIECES_IN_CYCLE))
 
     def run(self, time: float) -> None:
         """Go on for a ``time`` [s]."""
@@ -117,16 +104,8 @@ def _moves(drive: Drive) -> None:
 
 
 def _jog(drive: Drive, time: float) -> None:
-    drive.engine.jog(drive.velocity())
+    drive.engine.jog(random_velocity(drive.rng))
     drive.run(time)
-
-
-def _steady_jog(drive: Drive) -> None:
-    _jog(drive, drive.rng.uniform(0.2, 0.5))
-
-
-def _jog_just_begun(drive: Drive) -> None:
-    _jog(drive, drive.rng.uniform(0.004, TWIST_PERIOD))
 
 
 def _jog_just_changed(drive: Drive) -> None:
@@ -153,7 +132,8 @@ def _tracking(drive: Drive) -> None:
         time += 0.01
 
 
-def _path(drive: Drive, speed: float | None) -> None:
+def _path(drive: Drive, *, with_speed: bool = False) -> None:
+    speed = 0.03 * 12.0 ** drive.rng.random() if with_speed else None
     here = TriGlide(drive.scenario.geometry).forward(drive.engine.state.heights)
     path = random_path(drive.rng, here, float(drive.rng.choice((0.02, 0.05, 0.1))))
     if speed is not None:
@@ -165,14 +145,6 @@ def _path(drive: Drive, speed: float | None) -> None:
             break
         drive.cycle()
     drive.run(drive.rng.uniform(0.0, min(drive.engine.remaining, 2.0)))
-
-
-def _path_at_full_speed(drive: Drive) -> None:
-    _path(drive, None)
-
-
-def _path_with_speed(drive: Drive) -> None:
-    _path(drive, 0.03 * 12.0 ** drive.rng.random())
 
 
 class Kind(NamedTuple):
@@ -196,12 +168,17 @@ class Kind(NamedTuple):
 KINDS = (
     Kind("slider moves", _moves, 1.05, 1.3, MotionKind.SLIDER),
     Kind("lines", _moves, 1.15, 1.5),
-    Kind("jogs, steady", _steady_jog, 1.1, 1.5),
-    Kind("jogs, just begun", _jog_just_begun, 1.1, 1.5),
+    Kind("jogs, steady", lambda drive: _jog(drive, drive.rng.uniform(0.2, 0.5)), 1.1, 1.5),
+    Kind(
+        "jogs, just begun",
+        lambda drive: _jog(drive, drive.rng.uniform(0.004, TWIST_PERIOD)),
+        1.1,
+        1.5,
+    ),
     Kind("jogs, just changed", _jog_just_changed, 1.1, 1.5),
     Kind("tracking", _tracking, 1.1, 1.5),
-    Kind("paths at full speed", _path_at_full_speed, 1.3, 2.0),
-    Kind("paths with a speed", _path_with_speed, 1.3, 2.0),
+    Kind("paths at full speed", _path, 1.3, 2.0),
+    Kind("paths with a speed", lambda drive: _path(drive, with_speed=True), 1.3, 2.0),
 )
 
 
@@ -244,7 +221,8 @@ class Stops:
 def own_stop(drive: Drive) -> tuple[float, bool]:
     """Return how long the sliders' own stop takes [s], and whether it stays in the workspace."""
     state, limits = drive.engine.state, drive.scenario.limits
-    plan = _own_plan(state, limits.table)
+    bounds = limits.velocity, limits.acceleration, limits.jerk
+    plan = CubicPlan(state, RuckigPlanner(3).to_rest(state.velocities, state.accelerations, bounds))
     times = np.arange(0.0, plan.duration + PERIOD, 0.5 * PERIOD)
     try:
         for heights in plan.sample(times).heights.tolist():
@@ -252,14 +230,6 @@ def own_stop(drive: Drive) -> tuple[float, bool]:
     except KinematicsError:
         return plan.duration, False
     return plan.duration, True
-
-
-def _own_plan(state: SliderState, limits: FloatArray) -> CubicPlan:
-    velocity, acceleration, jerk = limits.tolist()
-    phases = RuckigPlanner(3).to_rest(
-        state.velocities, state.accelerations, (velocity, acceleration, jerk)
-    )
-    return CubicPlan(state, phases)
 
 
 def states(kind: Kind, count: int, seed: int = SEED) -> Iterator[Drive]:
@@ -288,8 +258,7 @@ def stopped(drive: Drive) -> tuple[float, float]:
     elapsed = 0.0
     while not drive.is_at_rest:
         until_rest = elapsed + engine.remaining
-        drive.heights.append(engine.step(PERIOD).heights)
-        drive.work()
+        drive.cycle()
         elapsed += PERIOD
     return until_rest, call
 
@@ -344,15 +313,15 @@ def _judge(drive: Drive, findings: Findings) -> None:
     Judge(drive.scenario, findings).add(heights, table, np.arange(len(heights)))
 
 
-def rows(kinds: Sequence[Kind] = KINDS, count: int = STATES) -> Iterator[tuple[str, ...]]:
+def rows() -> Iterator[tuple[str, ...]]:
     """Yield one line of the table for each kind of motion."""
-    for kind in kinds:
-        found = measure(kind, count)
+    for kind in KINDS:
+        found = measure(kind, STATES)
         median, almost_all, largest = found.figures
         slowest = float(np.max(found.calls))
         yield (
             kind.name,
-            f"{len(found.ratios)} of {count}",
+            f"{len(found.ratios)} of {STATES}",
             f"{median:.3f}, {almost_all:.2f}, {largest:.2f}",
             f"{kind.median:g}, {kind.almost_all:g}, {LARGEST_RATIO:g}",
             f"{1e3 * float(np.median(found.calls)):.2f}, {1e3 * slowest:.2f} ms",
@@ -377,7 +346,3 @@ HEAD = (
 def run() -> bool:
     """Measure and print the table; it is always complete."""
     return print_lines([HEAD, *rows()])
-
-
-if __name__ == "__main__":
-    run()

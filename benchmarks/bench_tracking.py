@@ -10,7 +10,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
+from benchmarks.followed import on_circle
+from benchmarks.judge import LIMITS, MACHINE
+from benchmarks.soak import engine_at
 from benchmarks.table import Row, print_rows
 from tri_glide_kinematics.motion import MotionEngine, SliderState
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
@@ -22,6 +24,7 @@ PLACE = (0.0, 0.0, 0.3)
 SPEED = 0.1  # m/s of twists
 TWIST_PERIOD = 0.01  # s
 SETTLED = 0.5  # s after which a lag is measured
+ON_CIRCLE = on_circle(0.02, 1.0)
 TURNS = (0.25, 0.5, 1.0, 2.0)  # per second
 SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 
@@ -72,8 +75,7 @@ def rows() -> Iterable[Row]:
 
 
 def _started(shaper: Shaper | None = None) -> MotionEngine:
-    engine = MotionEngine(WORKSPACE, LIMITS, in_pieces=True)
-    engine.start(MACHINE.inverse(PLACE))
+    engine = engine_at(PLACE, in_pieces=True)
     engine.set_shaper(shaper)
     return engine
 
@@ -147,18 +149,12 @@ def _circle(*, with_velocity: bool, shaper: Shaper | None = None) -> float:
         now = cycle * PERIOD
         while reports and reports[0][1] <= now:
             seen, _ = reports.pop(0)
-            position, velocity = _on_circle(seen)
+            position, velocity = ON_CIRCLE(seen)
             if with_velocity:
                 engine.track(position, velocity, now - seen)
             else:
                 engine.move_to(position)
                 engine.work(lambda: True)
         place = MACHINE.forward(_cycle(engine).heights)
-        errors.append(math.dist(place, _on_circle(now + PERIOD)[0]))
+        errors.append(math.dist(place, ON_CIRCLE(now + PERIOD)[0]))
     return max(errors[round(1.0 / PERIOD) :])
-
-
-def _on_circle(time: float) -> tuple[Vector3, Vector3]:
-    angle, radius = math.tau * time, 0.02
-    x, y = radius * math.cos(angle), radius * math.sin(angle)
-    return (x, y, PLACE[2]), (-math.tau * y, math.tau * x, 0.0)

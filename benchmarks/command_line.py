@@ -1,25 +1,22 @@
-"""Numbers that a benchmark or a soak is given on its command line."""
+"""Numbers and flags that a benchmark or a soak is given on its command line."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 
 
-def numbers(
-    module: str | None,
-    arguments: Sequence[str] | None = None,
-    **options: tuple[float, str],
-) -> argparse.Namespace:
-    """Return the numbers of the command line, each whole if its default is.
+def numbers(module: str | None, **options: tuple[float, str]) -> argparse.Namespace:
+    """Return the numbers of the command line, each whole if its default is, and the flags.
 
     Args:
         module: what it says of itself, which is the help.
-        arguments: of the command line; those of this process by default.
-        options: of each number its default and what it is.
+        options: of each number its default and what it is; that of a flag is false.
     """
     parser = argparse.ArgumentParser(description=module)
     for name, (default, what) in options.items():
         flag = f"--{name.replace('_', '-')}"
-        parser.add_argument(flag, type=type(default), default=default, help=what)
-    return parser.parse_args(arguments)
+        if default is False:
+            parser.add_argument(flag, action="store_true", help=what)
+        else:
+            parser.add_argument(flag, type=type(default), default=default, help=what)
+    return parser.parse_args()

@@ -116,7 +116,3 @@ def run() -> bool:
         rows.append((name, *(f"{calls[code] / CYCLES:g}" for calls in counts.values())))
     print_lines(rows)
     return True
-
-
-if __name__ == "__main__":
-    run()

@@ -10,7 +10,6 @@ short run in ``test/digests.json``, with which a test compares its own.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import os
@@ -27,6 +26,7 @@ from rclpy.clock import Clock, ClockType
 
 from benchmarks import soak_controller, soak_motion
 from benchmarks.bench_paths import drive
+from benchmarks.command_line import numbers
 from benchmarks.judge import COARSE, SCENARIOS, Findings
 from benchmarks.machine import processor
 from testing.path_samples import random_path
@@ -147,11 +147,12 @@ def without_vector_units(arguments: list[str]) -> subprocess.CompletedProcess[st
 
 def main() -> int:
     """Print digests, or keep them."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--steps", type=int, default=STEPS, help="setpoints of each scenario")
-    parser.add_argument("--paths", type=int, default=PATHS, help="number of paths")
-    parser.add_argument("--write", action="store_true", help=f"keep them in test/{KEPT.name}")
-    options = parser.parse_args()
+    options = numbers(
+        __doc__,
+        steps=(STEPS, "setpoints of each scenario"),
+        paths=(PATHS, "how many"),
+        write=(False, f"keep them in test/{KEPT.name}"),
+    )
     if RUN_AGAIN in os.environ:
         json.dump(digests(options.steps, options.paths), sys.stdout, indent=1)
         return 0

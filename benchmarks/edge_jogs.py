@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.judge import LIMITS, MACHINE
 from benchmarks.linear_moves import WORKSPACE
-from benchmarks.soak import random_place
+from benchmarks.soak import random_place, random_velocity
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, NoRoomError
 from tri_glide_kinematics.vectors import FloatArray
@@ -57,9 +57,7 @@ def random_heights(rng: np.random.Generator) -> tuple[float, float, float]:
 
 def random_twist(rng: np.random.Generator, slowest: float = 0.02) -> list[float]:
     """Return a velocity in any direction, of up to 2 m/s."""
-    direction = rng.normal(size=3)
-    speed = slowest * (2.0 / slowest) ** rng.random()
-    return [float(speed * part) for part in direction / np.linalg.norm(direction)]
+    return random_velocity(rng, slowest, 2.0)
 
 
 def measure(count: int, seed: int) -> Jogs:

@@ -12,9 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
+from benchmarks.judge import LIMITS, MACHINE
+from benchmarks.soak import engine_at
 from testing.jerk_on_paths import COUNTS, FAST, PERIOD
-from tri_glide_kinematics.motion import MotionEngine
+from tri_glide_kinematics.motion.tracking import FOLLOW_HORIZON
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 HEIGHT, START, SEED = 0.3, (0.0, -0.05, 0.3), 3
@@ -78,28 +79,18 @@ def calm_of(heights: FloatArray, ideal: FloatArray, told: float, behind: float) 
     return Calm(ratio, fast, turns / (PERIOD * len(jerks)), behind)
 
 
-def started(place: Vector3 = START, horizon: float | None = None) -> MotionEngine:
-    """Return an engine at rest at a ``place`` [m], with a ``horizon`` [s] or as by default."""
-    engine = MotionEngine(WORKSPACE, LIMITS)
-    engine.start(MACHINE.inverse(place))
-    if horizon is not None:
-        engine.set_follow_horizon(horizon)
-    return engine
-
-
 def followed(
     motion: Motion,
     duration: float,
     told: float,
     noise: float = 0.0,
     of_speed: float = 0.0,
-    horizon: float | None = None,
 ) -> Calm:
     """Return how a target is followed that is ``told`` each so many seconds.
 
     Its positions have a ``noise`` [m], its velocities one ``of_speed`` [m/s].
     """
-    engine, rng = started(horizon=horizon), np.random.default_rng(SEED)
+    engine, rng = engine_at(START), np.random.default_rng(SEED)
     heights, ideal, errors, tellings = [], [], [], 0
     for cycle in range(round((CAUGHT_UP + duration) / PERIOD)):
         if cycle * PERIOD >= tellings * told - 1e-9:
@@ -117,14 +108,9 @@ def followed(
     return calm_of(np.array(heights[first:]), np.array(ideal[first:]), told, max(errors[first:]))
 
 
-def jogged(
-    turns: float,
-    told: float = 0.01,
-    steps: int = 0,
-    horizon: float | None = None,
-) -> Calm:
+def jogged(turns: float, told: float = 0.01, steps: int = 0) -> Calm:
     """Return how a twist is followed that turns, in so many ``steps`` of a stick or without."""
-    engine, radius = started(horizon=horizon), SPEED / (math.tau * turns)
+    engine, radius = engine_at(START), SPEED / (math.tau * turns)
     motion = on_circle(radius, turns)
     heights, ideal, lags, tellings = [], [], [], 0
     for cycle in range(round((CAUGHT_UP + 1.0 / turns) / PERIOD)):
@@ -145,9 +131,9 @@ def jogged(
     return calm_of(np.array(heights[first:]), np.array(ideal[first:]), told, lag)
 
 
-def straight_error(speed: float = 0.3, horizon: float | None = None) -> float:
+def straight_error(speed: float = 0.3) -> float:
     """Return the largest error behind a target on a line once it is caught [m]."""
-    engine, errors = started((0.0, 0.0, 0.3), horizon), []
+    engine, errors = engine_at((0.0, 0.0, HEIGHT)), []
     for cycle in range(round(0.95 / PERIOD)):
         if cycle % 10 == 0:
             engine.track((-0.15 + speed * cycle * PERIOD, 0.02, 0.3), (speed, 0.0, 0.0))
@@ -156,9 +142,10 @@ def straight_error(speed: float = 0.3, horizon: float | None = None) -> float:
     return max(errors[round(0.5 / PERIOD) :])
 
 
-def time_to_catch(speed: float, horizon: float | None = None) -> float:
+def time_to_catch(speed: float, horizon: float = FOLLOW_HORIZON) -> float:
     """Return how long a platform at rest needs to a target 0.1 m away that goes aside [s]."""
-    engine, last = started((0.0, -0.05, 0.3), horizon), 0.0
+    engine, last = engine_at(START), 0.0
+    engine.set_follow_horizon(horizon)
     for cycle in range(round(1.5 / PERIOD)):
         x = -0.06 + speed * cycle * PERIOD
         if cycle % 10 == 0:
@@ -169,8 +156,8 @@ def time_to_catch(speed: float, horizon: float | None = None) -> float:
     return last
 
 
-def rows(horizon: float | None = None) -> Iterator[tuple[str, ...]]:
-    """Yield the table, with a ``horizon`` [s] or as by default."""
+def rows() -> Iterator[tuple[str, ...]]:
+    """Yield the table."""
     for radius, turns, told, noise, of_speed in (
         (0.02, 1.0, 0.01, 0.0, 0.0),
         (0.03, 0.5, 0.01, 0.0, 0.0),
@@ -181,7 +168,7 @@ def rows(horizon: float | None = None) -> Iterator[tuple[str, ...]]:
         (0.02, 1.0, 0.01, 0.0, 8e-3),
         (0.02, 1.0, 1.0 / 30.0, 0.0, 8e-3),
     ):
-        found = followed(on_circle(radius, turns), 2.0 / turns, told, noise, of_speed, horizon)
+        found = followed(on_circle(radius, turns), 2.0 / turns, told, noise, of_speed)
         name = f"circle of {1e3 * radius:g} mm, {turns:g}/s, told at {1.0 / told:.0f} Hz"
         if noise:
             name += f", {1e3 * noise:g} mm of noise"
@@ -195,14 +182,14 @@ def rows(horizon: float | None = None) -> Iterator[tuple[str, ...]]:
         (1.0, 1.0 / 30.0, 0),
         (0.25, 0.01, 127),
     ):
-        found = jogged(turns, told, steps, horizon)
+        found = jogged(turns, told, steps)
         name = f"twist that turns {turns:g}/s, told at {1.0 / told:.0f} Hz"
         yield _row(
             name + f", steps of 1/{steps}" * bool(steps), found, f"{1e3 * found.behind:.2f} ms"
         )
-    yield "line, 0.3 m/s", "", "", "", f"{1e6 * straight_error(horizon=horizon):.2f} um"
+    yield "line, 0.3 m/s", "", "", "", f"{1e6 * straight_error():.2f} um"
     for speed in (0.0, 0.05, 0.1):
-        caught = time_to_catch(speed, horizon)
+        caught = time_to_catch(speed)
         yield f"caught from rest 0.1 m away, at {speed:g} m/s", "", "", "", f"{1e3 * caught:.0f} ms"
 
 

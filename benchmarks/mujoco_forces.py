@@ -9,7 +9,6 @@ and their forces in ``test/dynamics/mujoco_forces.json``, with which a test comp
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from dataclasses import asdict
@@ -18,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.command_line import numbers
 from benchmarks.machine import description
 from testing.masses import random_masses
 from tri_glide_kinematics.description import RODS, MachineDescription, Parts, mjcf_text
@@ -161,13 +161,11 @@ def difference(seed: int) -> tuple[float, float, dict[str, Any]]:
 
 def main() -> int:
     """Compare, and keep some forces if this is asked for."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.mujoco_forces", description=__doc__)
-    parser.add_argument("--count", type=int, default=1000, help="of machines, one motion each")
-    parser.add_argument("--write", action="store_true", help=f"keep some in {KEPT.name}")
-    options = parser.parse_args()
+    count = 1000, "of machines, one motion each"
+    options = numbers(__doc__, count=count, write=(False, f"keep some in {KEPT.name}"))
     print(description(), flush=True)
     found = [difference(seed) for seed in range(options.count)]
-    worst, widest = (max(numbers) for numbers in list(zip(*found))[:2])
+    worst, widest = (max(values) for values in list(zip(*found))[:2])
     print(f"largest difference of {options.count}, as a part of the forces: {worst:.2g}")
     print(f"largest gap between a rod and the platform: {widest:.2g} m")
     if options.write:

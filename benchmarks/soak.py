@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from benchmarks.command_line import numbers
-from benchmarks.judge import SCENARIOS, Findings, Scenario
+from benchmarks.judge import LIMITS, MACHINE, SCENARIOS, WORKSPACE, Findings, Scenario
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import PlatformPath
+from tri_glide_kinematics.motion import MotionEngine, MotionKind, PlatformPath, SliderLimits
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -39,9 +39,9 @@ class RandomActions:
         self._rng = rng
         self._findings = findings
 
-    def act(self) -> None:
-        """Do one of the actions."""
-        self.attempt(self._actions[int(np.searchsorted(self._chances, self._rng.random()))])
+    def drawn(self) -> Callable[[], object]:
+        """Return one of the actions."""
+        return self._actions[int(np.searchsorted(self._chances, self._rng.random()))]
 
     def attempt(self, action: Callable[[], object]) -> None:
         """Do one action, and count whether it was refused."""
@@ -50,7 +50,12 @@ class RandomActions:
         except KinematicsError as error:
             self._findings.refused(error)
         else:
-            self._findings.commands[action.__name__.strip("_")] += 1
+            self._findings.commands[name_of(action)] += 1
+
+
+def name_of(action: Callable[[], object]) -> str:
+    """Return the name of a method that does an ``action``."""
+    return action.__name__.strip("_")
 
 
 def random_place(
@@ -67,6 +72,15 @@ def random_place(
         except KinematicsError:
             continue
         return x, y, z
+
+
+def random_velocity(
+    rng: np.random.Generator, slowest: float = 0.02, fastest: float = 1.0
+) -> list[float]:
+    """Return a velocity in any direction [m/s]; each magnitude of it is as likely."""
+    direction = rng.normal(size=3)
+    speed = slowest * (fastest / slowest) ** rng.random()
+    return [float(speed * part) for part in direction / np.linalg.norm(direction)]
 
 
 def random_path(rng: np.random.Generator, start: Vector3, size: float) -> PlatformPath:
@@ -111,6 +125,19 @@ def random_shaper(rng: np.random.Generator) -> Shaper | None:
     return Shaper.of(list(ShaperKind)[rng.integers(len(ShaperKind))], *modes)
 
 
+def engine_at(
+    place: Vector3,
+    limits: SliderLimits = LIMITS,
+    kind: MotionKind = MotionKind.SLIDER,
+    *,
+    in_pieces: bool = False,
+) -> MotionEngine:
+    """Return an engine of the default machine that rests at a ``place`` [m]."""
+    engine = MotionEngine(WORKSPACE, limits, kind=kind, in_pieces=in_pieces)
+    engine.start(MACHINE.inverse(place))
+    return engine
+
+
 def random_pauses(rng: np.random.Generator, count: int, step: float = 0.002) -> list[int]:
     """Return numbers of steps between commands: calm, busy, and now and then a flood.
 
@@ -134,7 +161,12 @@ def random_pauses(rng: np.random.Generator, count: int, step: float = 0.002) -> 
 
 def some_pieces(rng: np.random.Generator) -> Callable[[], bool]:
     """Return what says yes a random number of times: how much planning fits in a cycle."""
-    left = iter(range(int(rng.integers(0, 9))))
+    return pieces(int(rng.integers(1, 10)))
+
+
+def pieces(count: int) -> Callable[[], bool]:
+    """Return what says that planning may go on until ``count`` pieces are done."""
+    left = iter(range(count - 1))
     return lambda: next(left, None) is not None
 
 
@@ -142,7 +174,6 @@ def soak_all(
     soak: Callable[[Scenario, int, int, Findings], None],
     what: str,
     default_steps: int,
-    arguments: Sequence[str] | None,
     scenarios: Sequence[Scenario] = SCENARIOS,
 ) -> Findings:
     """Soak all ``scenarios``, and print what was accepted and refused.
@@ -151,11 +182,10 @@ def soak_all(
         soak: takes a scenario, its number of steps, the seed, and what is found.
         what: is soaked, for the help.
         default_steps: in all.
-        arguments: of the command line.
         scenarios: which share the steps.
     """
     steps = default_steps, "setpoints to check in all"
-    options = numbers(what, arguments, steps=steps, seed=(1, "of the random commands"))
+    options = numbers(what, steps=steps, seed=(1, "of the random commands"))
     findings = Findings()
     began = time.monotonic()
     for number, scenario in enumerate(scenarios):

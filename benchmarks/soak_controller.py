@@ -17,13 +17,14 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from benchmarks.judge import SCENARIOS, Findings, Judge, Scenario
 from benchmarks.soak import (
     RandomActions,
+    name_of,
     random_path,
     random_pauses,
     random_place,
@@ -50,7 +51,6 @@ from tri_glide_kinematics.motion import (
     MotionEngine,
     MotionPhase,
     PlatformPath,
-    SliderLimits,
     SliderState,
 )
 from tri_glide_kinematics.motion.engine import Follow
@@ -64,6 +64,12 @@ MEASURED_TIMEOUT = 0.05  # s
 LONGEST_STOP = 3.0  # s, for the slowest limits that are given here
 JOINTS = ("slider_1", "slider_2", "slider_3")
 BATCH = 20_000  # steps between two checks of the limits
+
+# Plans that an action may need, where it is not one. A target that is tracked: until the first step
+# of that a braking is held. Limits may brake, be in force, and lead on.
+PLANS = {"track": 2, "track_onwards": 2, "set_limits": 2, "restore_limits": 2, "set_shaper": 0}
+# They are answered at once.
+SERVICES = ("pause", "resume", "stop", "disable", "enable")
 
 
 class Adversary:
@@ -80,7 +86,6 @@ class Adversary:
             self._workspace, scenario.limits, kind=scenario.kind, in_pieces=scenario.in_pieces
         )
         self._statuses: list[ControllerStatus] = []
-        self._limits = (scenario.limits, 1.0)
         limits = scenario.workspace
         self.controller = MotionController(
             self.engine,
@@ -119,8 +124,8 @@ class Adversary:
             (0.20, self._track_onwards),
             (0.12, self._follow),
             (0.06, self._append),
-            (0.06, self._pause),
-            (0.06, self._resume),
+            (0.06, self.controller.pause),
+            (0.06, self.controller.resume),
             (0.08, self._stop),
             (0.03, self._disable),
             (0.05, self._enable),
@@ -139,9 +144,13 @@ class Adversary:
             place = random_place(self._rng, self._workspace)
             self._heights = self._workspace.check_position(place)
         if self.controller.state in (FAULT, DISABLED) and self._rng.random() < 0.4:
-            self._random_actions.attempt(self._enable)
+            action: Callable[[], object] = self._enable
         else:
-            self._random_actions.act()
+            action = self._random_actions.drawn()
+        name = name_of(action)
+        self._allowed_plans += PLANS.get(name, 1)
+        self._services += name in SERVICES
+        self._random_actions.attempt(action)
 
     def step(self) -> tuple[Vector3, bool]:
         """Advance by one cycle; return the commanded heights and whether the stream goes on."""
@@ -233,13 +242,11 @@ class Adversary:
 
     def _move(self) -> None:
         place = random_place(self._rng, self._workspace)
-        self._allowed_plans += 1
         self.controller.move_to(place)
 
     def _move_nearby(self) -> None:
         here = np.array(self._workspace.machine.forward(self._heights))
         x, y, z = (here + 10.0 ** self._rng.uniform(-9.0, -2.0) * self._rng.normal(size=3)).tolist()
-        self._allowed_plans += 1
         self.controller.move_to((x, y, z))
 
     def _jog(self) -> None:
@@ -250,7 +257,6 @@ class Adversary:
 
     def _jog_again(self) -> None:
         x, y, z = self._twist.tolist()
-        self._allowed_plans += 1
         self.controller.jog((x, y, z), self._now)
 
     def _track(self) -> None:
@@ -265,8 +271,6 @@ class Adversary:
         self._seen = self._now
         x, y, z = self._target.tolist()
         dx, dy, dz = self._target_velocity.tolist()
-        # Until the first step of tracking a braking is held.
-        self._allowed_plans += 2
         seen = self._now + float(self._rng.uniform(-0.05, 0.01))
         self.controller.track((x, y, z), (dx, dy, dz), seen, self._now)
 
@@ -286,27 +290,13 @@ class Adversary:
             yield
             return random_path(rng, end or here, size)
 
-        self._allowed_plans += 1
         self.controller.pursue(Follow.made(make, "path", extends))
 
-    def _pause(self) -> None:
-        self._allowed_plans += 1
-        self._services += 1
-        self.controller.pause()
-
-    def _resume(self) -> None:
-        self._allowed_plans += 1
-        self._services += 1
-        self.controller.resume()
-
     def _release(self) -> None:
-        self._allowed_plans += 1
         self.controller.jog((0.0, 0.0, 0.0), self._now)
 
     def _stop(self) -> None:
         before = self.controller.status
-        self._allowed_plans += 1
-        self._services += 1
         answer = self.controller.stop()
         if before.state in IN_MOTION and before.reason.text not in answer:
             self._violated(f"stop answered {answer!r}, but it was {before.reason.text!r}")
@@ -316,46 +306,30 @@ class Adversary:
             self._stopped_at = min(self._stopped_at, self._now)
 
     def _disable(self) -> None:
-        self._allowed_plans += 1
-        self._services += 1
         self.controller.disable()
         if self.engine.phase is not MotionPhase.IDLE:
             self._stopped_at = min(self._stopped_at, self._now)
 
     def _enable(self) -> None:
-        self._allowed_plans += 1
-        self._services += 1
         answer = self.controller.enable(self._now)
         self._restarted = self._restarted or answer == "enabled"
 
     def _set_limits(self) -> None:
-        base = self._scenario.limits
         factors = 10.0 ** self._rng.uniform(-0.7, 0.0, size=(3, 3))
-        rows = np.array((base.velocity, base.acceleration, base.jerk)) * factors
-        self._limits = (
-            SliderLimits(*(tuple(row) for row in rows.tolist())),
-            10.0 ** float(self._rng.uniform(-2.0, 0.0)),
-        )
-        self._change_limits()
+        limits = self._scenario.limits
+        limits = limits.with_table(limits.table * factors)
+        self.controller.set_limits(limits, 10.0 ** float(self._rng.uniform(-2.0, 0.0)))
 
     def _restore_limits(self) -> None:
-        self._limits = (self._scenario.limits, 1.0)
-        self._change_limits()
-
-    def _change_limits(self) -> None:
-        # It may brake, be in force, and lead on.
-        self._allowed_plans += 2
-        self.controller.set_limits(*self._limits)
+        self.controller.set_limits(self._scenario.limits, 1.0)
 
     def _set_shaper(self) -> None:
         self.engine.set_shaper(random_shaper(self._rng))
 
     def _fall_silent(self) -> None:
-        self._allowed_plans += 1
         self._silent_until = self._now + float(self._rng.uniform(0.0, 3.0 * MEASURED_TIMEOUT))
 
     def _jump(self) -> None:
-        self._allowed_plans += 1
         self._offset = float(self._rng.choice((0.001, 0.01, 0.1)))
 
 
@@ -388,9 +362,9 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
         done += count
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main() -> int:
     """Soak all scenarios and print what was found."""
-    findings = soak_all(soak, __doc__.splitlines()[0], 1_000_000, arguments)
+    findings = soak_all(soak, __doc__, 1_000_000)
     print(f"largest parts of the limits: {findings.peaks}")
     for violation in findings.violations:
         print("VIOLATION:", violation)

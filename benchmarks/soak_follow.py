@@ -11,7 +11,6 @@ Run it as ``python -m benchmarks.soak_follow --count 300``; it exits with 1 wher
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Callable
@@ -19,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.command_line import numbers
 from benchmarks.judge import LIMITS, UNEQUAL, UNEQUAL_LIMITS, WIDE
 from benchmarks.soak import random_place, random_shaper
 from benchmarks.soak_bounds import random_bounds
@@ -188,17 +188,17 @@ def driven(case: Case, horizon: float = FOLLOW_HORIZON) -> Beyond:
     return Beyond(ours, max(most_beyond(plain, start, way), 0.0), allowed, lag, plain_lag)
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main() -> int:
     """Drive cases of all kinds; return 1 if the platform went too far in one."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=300, help="of each kind")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kinds", nargs="*", default=KINDS)
-    parser.add_argument("--horizon", type=float, default=FOLLOW_HORIZON, help="of following [s]")
-    parser.add_argument("--show", type=int, default=3, help="how many of the farthest are told")
-    options = parser.parse_args(arguments)
+    options = numbers(
+        __doc__,
+        count=(300, "of each kind"),
+        seed=(1, "of these"),
+        horizon=(FOLLOW_HORIZON, "of following [s]"),
+        show=(3, "how many of the farthest are told"),
+    )
     lines, farthest = [], []
-    for kind in options.kinds:
+    for kind in KINDS:
         rng = np.random.default_rng((options.seed, *kind.encode()))
         cases = [random_case(kind, rng) for _ in range(options.count)]
         found = [(driven(case, options.horizon), case) for case in cases]

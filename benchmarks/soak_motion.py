@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
@@ -84,7 +84,7 @@ class Adversary:
 
     def act(self) -> None:
         """Give one command."""
-        self._random_actions.act()
+        self._random_actions.attempt(self._random_actions.drawn())
 
     def _move(self) -> None:
         self.engine.move_to(random_place(self._rng, self.workspace))
@@ -130,31 +130,20 @@ class Adversary:
     def _follow(self) -> None:
         """Follow a path from the present place, or from one nearby, if it is no place of rest."""
         here = self.workspace.machine.forward(self.engine.state.heights)
-        size = 10.0 ** self._rng.uniform(-4.0, -1.0)
-        self._path_end = self._follow_along(here, size, self.engine.follow)
+        self._follow_along(here, self.engine.follow)
 
     def _extend(self) -> None:
-        size = 10.0 ** self._rng.uniform(-4.0, -1.0)
-        self._path_end = self._follow_along(self._path_end, size, self.engine.extend)
+        self._follow_along(self._path_end, self.engine.extend)
 
-    def _follow_along(
-        self, start: Vector3, size: float, ask: Callable[[PlatformPath], None]
-    ) -> Vector3:
-        path = random_path(self._rng, start, size)
+    def _follow_along(self, start: Vector3, ask: Callable[[PlatformPath], None]) -> None:
+        path = random_path(self._rng, start, 10.0 ** self._rng.uniform(-4.0, -1.0))
         ask(path)
-        return path.end
+        self._path_end = path.end
 
     def _set_limits(self) -> None:
-        base = self._scenario.limits
         factors = 10.0 ** self._rng.uniform(-0.7, 0.3, size=(3, 3))
-        self.engine.set_limits(
-            SliderLimits(
-                *(
-                    tuple(np.array(values) * row)
-                    for values, row in zip((base.velocity, base.acceleration, base.jerk), factors)
-                )
-            )
-        )
+        base = self._scenario.limits
+        self.engine.set_limits(base.with_table(base.table * factors))
 
     def _set_scale(self) -> None:
         self.engine.set_speed_scale(float(self._rng.uniform(0.05, 1.0)))
@@ -227,7 +216,7 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
             if known is None or known[0] is not engine.limits or known[1] != engine.speed_scale:
                 known = engine.limits, engine.speed_scale
                 effective = known[0].with_velocity_scaled(known[1])
-                bound = np.array((effective.velocity, effective.acceleration, effective.jerk))
+                bound = effective.table
             # New limits may come into force inside a step, if steps are of any length.
             bounds[row] = np.maximum(bound, earlier) if scenario.irregular else bound
             earlier = bound
@@ -238,9 +227,9 @@ def soak(scenario: Scenario, steps: int, seed: int, findings: Findings) -> None:
         done += count
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main() -> int:
     """Soak all scenarios and print what was found."""
-    findings = soak_all(soak, __doc__.splitlines()[0], 5_000_000, arguments, (*SCENARIOS, *COARSE))
+    findings = soak_all(soak, __doc__, 5_000_000, (*SCENARIOS, *COARSE))
     print(f"at rest in {findings.still / findings.steps:.1%} of the steps")
     for (quantity, _), peak in zip(QUANTITIES, findings.peaks):
         print(f"largest {quantity:12} {peak:.9f} of its limit (tolerance {LIMIT_TOLERANCE:g})")
@@ -249,7 +238,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for violation in findings.violations:
         print("VIOLATION:", violation)
     print("linear moves:", flush=True)
-    moves = linear_moves.main([])
+    moves = linear_moves.tell(10_000, seed=1)
     jogs = edge_jogs.measure(10_000, seed=1)
     print("jogs into the edge:", jogs)
     return 1 if findings.violations or moves or not edge_jogs.is_met(jogs) else 0

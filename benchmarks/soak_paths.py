@@ -17,7 +17,6 @@ shaped motion.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections import Counter
@@ -27,6 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.bench_paths import differences_of, drive
+from benchmarks.command_line import numbers
 from benchmarks.judge import LIMITS, MACHINE
 from benchmarks.linear_moves import WORKSPACE
 from benchmarks.soak import random_shaper
@@ -194,12 +194,13 @@ def soak_programs(count: int, seed: int) -> int:
 
 def main() -> int:
     """Drive random paths and print what was found."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=500, help="number of paths that are driven")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--shaped", action="store_true", help="with a shaper")
-    parser.add_argument("--programs", action="store_true", help="paths of random programs")
-    options = parser.parse_args()
+    options = numbers(
+        __doc__,
+        count=(500, "number of paths that are driven"),
+        seed=(1, "of these"),
+        shaped=(False, "with a shaper"),
+        programs=(False, "paths of random programs"),
+    )
     if options.programs:
         return soak_programs(options.count, options.seed)
     return soak(drive_shaped if options.shaped else drive_plain, options.count, options.seed)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from time import thread_time
 from typing import NamedTuple
@@ -24,7 +24,7 @@ import numpy as np
 
 from benchmarks.command_line import numbers
 from benchmarks.judge import LIMITS, UNEQUAL, UNEQUAL_LIMITS, WIDE
-from benchmarks.soak import random_path, random_place, random_shaper
+from benchmarks.soak import pieces, random_path, random_place, random_shaper
 from testing.pieces import timed
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.errors import KinematicsError
@@ -195,12 +195,6 @@ def resting(case: Case, rng: np.random.Generator) -> tuple[MotionEngine, Workspa
     return engine, workspace
 
 
-def pieces(count: int) -> Callable[[], bool]:
-    """Return what says so often that planning may go on."""
-    left = iter(range(count - 1))
-    return lambda: next(left, None) is not None
-
-
 def _total(cost: Cost) -> float:
     return sum(map(sum, cost.plans))
 
@@ -266,8 +260,8 @@ def plan_moves(count: int, seed: int) -> int:
     took = np.array([each.most for each in planned])
     refused = int((took[:, 1] > most).sum())
     for number in {0, refused, *(int(part * count) for part in (0.001, 0.01, 0.1, 0.5))}:
-        work, pieces = planned[-1 - number].most
-        print(f"but for {number} of them a move takes {pieces:.0f} pieces ({1e3 * work:.0f} ms)")
+        work, taken = planned[-1 - number].most
+        print(f"but for {number} of them a move takes {taken:.0f} pieces ({1e3 * work:.0f} ms)")
     print(f"{len(planned)} moves are planned, of which {refused} take more than {most} pieces")
     return int(refused > MOST_REFUSED * len(planned))
 
@@ -294,12 +288,12 @@ def main() -> int:
             for number in range(arguments.episodes)
         ]
         piece, step = max(each.longest for each in costs), max(max(each.steps) for each in costs)
-        work, pieces = max(each.most for each in costs)
+        work, taken = max(each.most for each in costs)
         longest[case.is_bounded] = max(longest[case.is_bounded], piece)
         bounds = f"{case.speed or '-':>6} {'forces' * case.forces:6} {'shaped' * case.shaped:6}"
         print(
             f"{case.command:6} {bounds} piece {1e3 * piece:8.2f} ms, step {1e3 * step:6.2f} ms, "
-            f"plan {1e3 * work:8.1f} ms in {pieces} pieces, "
+            f"plan {1e3 * work:8.1f} ms in {taken} pieces, "
             f"{sum(len(each.refused) for each in costs)} refused",
             flush=True,
         )

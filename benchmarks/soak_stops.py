@@ -27,6 +27,7 @@ from scipy.optimize import minimize
 from benchmarks.bench_forces import driven_by
 from benchmarks.bench_stops import KINDS, MACHINES, PERIOD, Drive, own_stop
 from benchmarks.command_line import numbers
+from benchmarks.judge import LIMITS
 from benchmarks.soak import random_shaper
 from benchmarks.soak_bounds import random_bounds
 from tri_glide_kinematics.errors import KinematicsError
@@ -92,7 +93,7 @@ def random_limits(rng: np.random.Generator) -> SliderLimits:
     """Return limits of any size, equal for all sliders or not."""
     sizes = [10.0 ** rng.uniform(*np.log10(each)) for each in SIZES]
     factors = rng.uniform(0.5, 1.5, (3, 3)) if rng.random() < 0.5 else np.ones((3, 3))
-    return SliderLimits(*(tuple((size * row).tolist()) for size, row in zip(sizes, factors)))
+    return LIMITS.with_table(np.array(sizes)[:, np.newaxis] * factors)
 
 
 class Stop(NamedTuple):
