@@ -9,6 +9,7 @@ import sys
 from array import array
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 
 import rclpy
 from rclpy.clock import Clock, ClockType
@@ -64,17 +65,8 @@ def machine(rate: float) -> Node:
     return node
 
 
-def pose(_: float) -> Node:
-    """Return a node that answers each JointState with a PoseStamped."""
-    return _answering(with_twist=False)
-
-
-def pose_and_twist(_: float) -> Node:
-    """Return a node that answers each JointState with a PoseStamped and a TwistStamped."""
-    return _answering(with_twist=True)
-
-
-def _answering(*, with_twist: bool) -> Node:
+def pose(_: float, *, with_twist: bool = False) -> Node:
+    """Return a node that answers each JointState with a PoseStamped, and maybe a TwistStamped."""
     from geometry_msgs.msg import PoseStamped, TwistStamped
     from sensor_msgs.msg import JointState
 
@@ -111,7 +103,8 @@ def server(_: float) -> Node:
 
 
 ROLES: dict[str, Callable[[float], Node]] = {
-    role.__name__: role for role in (bare, timer, setpoints, machine, pose, pose_and_twist, server)
+    "pose_and_twist": partial(pose, with_twist=True),
+    **{role.__name__: role for role in (bare, timer, setpoints, machine, pose, server)},
 }
 
 

@@ -7,6 +7,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -60,12 +61,11 @@ def figures() -> Iterator[Figure | Missing]:
         ("simulator_node at 500 Hz: CPU time per second", RELAY, _simulator_node),
         ("fk_node at 500 Hz: CPU time per second", ANSWER, _fk_node),
     ):
-        yield attempt(
-            what,
-            lambda what=what, reference=reference, measure=measure: figure(  # type: ignore[misc]
-                what, reference, *measure(), goal=0.4
-            ),
-        )
+        yield attempt(what, partial(_load, what, reference, measure))
+
+
+def _load(what: str, reference: str, measure: Callable[[], Times]) -> Figure:
+    return figure(what, reference, *measure(), goal=0.4)
 
 
 def _ik_node(role: str, remaps: tuple[str, ...]) -> tuple[Times, Times]:

@@ -79,7 +79,8 @@ def run() -> bool:
                 # To open it takes the whole computer for a moment.
                 panel.client.spin_for(5.0)
                 panel.recover()
-                rows += _stop(panel, page)
+                what = "from the press on Stop to the first braking setpoint, median"
+                rows.append((what, _stops(panel, page), "50 ms"))
                 rows += _program(panel, page, Path(folder) / "long.ngc")
                 rows += _cpu(panel, "a page drawn here", lambda: page.evaluate(FRAME_COUNT))
                 here = [_late_part(panel)]
@@ -133,15 +134,6 @@ def _wait_for_server(address: str) -> None:
             return
         assert time.monotonic() < end
         time.sleep(0.02)
-
-
-def _stop(panel: Panel, page: Page) -> Iterator[tuple[str, str, str]]:
-    """Press Stop on the way, again and again."""
-    yield (
-        "from the press on Stop to the first braking setpoint, median",
-        _stops(panel, page),
-        "50 ms",
-    )
 
 
 def _program(panel: Panel, page: Page, file: Path) -> Iterator[tuple[str, str, str]]:

@@ -253,28 +253,31 @@ def _chatter_rows() -> Iterable[Row]:
                 turns.append(found.turns / driven.duration)
                 most.append(found.turns / max(20.0 * driven.duration, 6.0 * corners))
                 drives.append(driven)
-        asked = name != "full speed"
         what = f"circles, squares and polylines, {name}: "
         median, largest = float(np.median(fast)), max(fast)
-        yield Row(
-            f"{what}energy of the jerk above 100 Hz, median; most",
-            f"{100 * median:.1f} %; {100 * largest:.1f} %",
-            "5 %; 10 %" if asked else "-",
-            median <= 0.05 and largest <= 0.1 if asked else None,
-        )
-        yield Row(
-            f"{what}sign changes of the jerk per second, median",
-            f"{np.median(turns):.1f}",
-            "20" if asked else "-",
-            float(np.median(turns)) <= 20.0 if asked else None,
-        )
         over = sum(part > 1.0 for part in most)
-        yield Row(
-            f"{what}more than 20 a second and than six a corner",
-            f"{over} of {len(most)}",
-            "0" if asked else "-",
-            over == 0 if asked else None,
+        told = (
+            Row(
+                f"{what}energy of the jerk above 100 Hz, median; most",
+                f"{100 * median:.1f} %; {100 * largest:.1f} %",
+                "5 %; 10 %",
+                median <= 0.05 and largest <= 0.1,
+            ),
+            Row.at_most(
+                f"{what}sign changes of the jerk per second, median",
+                float(np.median(turns)),
+                20.0,
+                ".1f",
+            ),
+            Row(
+                f"{what}more than 20 a second and than six a corner",
+                f"{over} of {len(most)}",
+                "0",
+                over == 0,
+            ),
         )
+        for row in told:
+            yield row if speeds is SPEEDS else row._replace(goal="-", is_reached=None)
         yield _broken(what, drives)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -26,21 +26,22 @@ EMPTY_CALL = "empty call, std_srvs/Trigger, between bare nodes"
 
 def figures() -> Iterator[Figure | Missing]:
     """Ask our server and a bare one in turn."""
-    for name, kind, request, goal in (
-        ("four-bar", TraceFourBar, four_bar_request(STEPS), 10.0),
-        ("F-mechanism", TraceFMechanism, f_mechanism_request(STEPS), 50.0),
+    for mechanism, name, goal in (
+        ("four-bar", "trace_four_bar", 10.0),
+        ("F-mechanism", "trace_f_mechanism", 50.0),
     ):
-        what = f"{name} trace of {STEPS} steps by service"
-        yield attempt(what, partial(_compared, what, kind, request, goal))
+        what = f"{mechanism} trace of {STEPS} steps by service"
+        yield attempt(what, partial(_compared, what, name, goal))
 
 
-def _compared(what: str, kind: type, request: Any, goal: float) -> Figure:
+def _compared(what: str, name: str, goal: float) -> Figure:
+    kind, request_of = TRACES[name]
+    request = request_of(STEPS)
     with session() as running:
         running.start_node("mechanism_node", "/ours")
         running.start_bare("server", "/bare")
         empty = running.node.create_client(Trigger, "/bare/server/trigger")
-        name = f"/ours/mechanism_node/{service_name(kind)}"
-        client = running.node.create_client(kind, name)
+        client = running.node.create_client(kind, f"/ours/mechanism_node/{name}")
         running.spin_until(lambda: client.service_is_ready() and empty.service_is_ready(), name)
         times = in_turn(
             ROUNDS,
@@ -48,11 +49,6 @@ def _compared(what: str, kind: type, request: Any, goal: float) -> Figure:
             lambda: mean_time(running, empty, Trigger.Request(), CALLS),
         )
     return figure(what, EMPTY_CALL, *times, goal)
-
-
-def service_name(kind: type) -> str:
-    """Return the name under which a trace is served."""
-    return {TraceFourBar: "trace_four_bar", TraceFMechanism: "trace_f_mechanism"}[kind]
 
 
 def mean_time(running: Session, client: Client, request: Any, calls: int) -> float:
@@ -100,3 +96,10 @@ def _one_turn(steps: int) -> CrankSweep:
 
 def _point(number: complex) -> Point2:
     return Point2(x=number.real, y=number.imag)
+
+
+# Of each service its type, and what makes a request of so many steps.
+TRACES: dict[str, tuple[type, Callable[[int], Any]]] = {
+    "trace_four_bar": (TraceFourBar, four_bar_request),
+    "trace_f_mechanism": (TraceFMechanism, f_mechanism_request),
+}

@@ -9,7 +9,8 @@ import math
 import random
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
-from benchmarks.harness import Missing, NoAnswerError
+from benchmarks.harness import Missing, attempt
 from benchmarks.ros_session import Session, pose_at, session
 from benchmarks.table import print_lines
 from testing.client import Probe
@@ -42,7 +43,7 @@ HEAD = ("commanded", "cycles a second", "idle", "late", "idle", "longest gap", "
 GOALS = {500.0: (0.995, 0.005), 1000.0: (0.99, 0.01)}
 
 
-@dataclass(frozen=True)
+@dataclass
 class Stream:
     """Setpoints under one kind of command.
 
@@ -56,9 +57,16 @@ class Stream:
 
     what: str
     rate: float
-    cycles: list[float]
-    late: list[float]
-    longest: float
+    cycles: list[float] = field(default_factory=list)
+    late: list[float] = field(default_factory=list)
+    longest: float = 0.0
+
+    def add(self, stamps: list[float]) -> None:
+        """Add a round, by the times of its setpoints [s]."""
+        intervals = np.diff(stamps)
+        self.cycles.append(len(intervals) / (stamps[-1] - stamps[0]))
+        self.late.append(float(np.mean(intervals > LATE / self.rate)))
+        self.longest = max(self.longest, float(intervals.max()))
 
 
 Command = Callable[[float], Any]
@@ -177,23 +185,20 @@ def streams() -> Iterator[tuple[Stream, Stream] | Missing]:
     """Yield for each kind of command the node under it, and idle."""
     for rate in RATES:
         for kind in KINDS:
-            try:
-                with session() as running:
-                    yield _measured(running, rate, kind)
-            except NoAnswerError as error:
-                yield Missing(kind.what, str(error), is_failure=True)
+            yield attempt(kind.what, partial(_measured, rate, kind))
 
 
-def _measured(running: Session, rate: float, kind: Kind) -> tuple[Stream, Stream]:
-    running.start_node("simulator_node", "/")
-    running.start_node("ik_node", "/", rate=rate, **(SHAPER if kind.shaped else {}))
-    commander = Commander(running.node)
-    running.spin_until(lambda: commander.is_connected, "the nodes")
-    idle, busy = Stream("nothing", rate, [], [], 0.0), Stream(kind.what, rate, [], [], 0.0)
-    command = getattr(commander, kind.method)
-    for _ in range(ROUNDS):
-        idle = _with(idle, _drive(running, commander, commander.nothing, kind.interval))
-        busy = _with(busy, _drive(running, commander, command, kind.interval))
+def _measured(rate: float, kind: Kind) -> tuple[Stream, Stream]:
+    idle, busy = Stream("nothing", rate), Stream(kind.what, rate)
+    with session() as running:
+        running.start_node("simulator_node", "/")
+        running.start_node("ik_node", "/", rate=rate, **(SHAPER if kind.shaped else {}))
+        commander = Commander(running.node)
+        running.spin_until(lambda: commander.is_connected, "the nodes")
+        command = getattr(commander, kind.method)
+        for _ in range(ROUNDS):
+            idle.add(_drive(running, commander, commander.nothing, kind.interval))
+            busy.add(_drive(running, commander, command, kind.interval))
     return busy, idle
 
 
@@ -213,17 +218,6 @@ def _drive(
     if len(stamps) < 2:
         raise running.no_answer(f"{len(stamps)} setpoints in {ROUND_TIME:g} s")
     return stamps
-
-
-def _with(stream: Stream, stamps: list[float]) -> Stream:
-    intervals = np.diff(stamps)
-    return Stream(
-        stream.what,
-        stream.rate,
-        [*stream.cycles, len(intervals) / (stamps[-1] - stamps[0])],
-        [*stream.late, float(np.mean(intervals > LATE / stream.rate))],
-        max(stream.longest, float(intervals.max())),
-    )
 
 
 def _cells(row: tuple[Stream, Stream] | Missing) -> tuple[str, ...]:

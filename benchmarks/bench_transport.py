@@ -1,19 +1,33 @@
-"""What it costs to do without shared memory: latency and processor time of a running machine."""
+"""What it costs to do without shared memory: latency and processor time of a running machine.
+
+``python -m benchmarks.bench_transport`` measures the transport of its own process. It prints one
+JSON object: the median age of a command of ``ik_node`` when it is heard [s], and the processor time
+that ``ik_node`` and ``simulator_node`` take per second [s].
+"""
 
 from __future__ import annotations
 
 import json
 import os
+import statistics
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from functools import partial
 
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import JointState
+
 from benchmarks.harness import Figure, Missing, NoAnswerError, attempt, figure, in_turn
-from benchmarks.transport_probe import AGE, LOAD
+from benchmarks.machine import processor_time
+from benchmarks.ros_session import session
 from tri_glide_kinematics.ros.starting import CELL, COMPUTER, MIDDLEWARE_VARIABLES, RANGE, VARIABLE
 
 ROUNDS = 4
+WARM_UP_TIME = 2.0  # s
+TIME = 5.0  # s
+AGE, LOAD = "age", "load"
 SHARED_MEMORY = {RANGE: "LOCALHOST"}  # where rmw_fastrtps adds it
 REFERENCE = "shared memory"
 MEASURED = {
@@ -50,7 +64,7 @@ def _probe(variables: dict[str, str]) -> dict[str, float]:
     inherited = {key: value for key, value in os.environ.items() if key not in MIDDLEWARE_VARIABLES}
     inherited.pop(VARIABLE, None)
     run = subprocess.run(
-        [sys.executable, "-m", "benchmarks.transport_probe"],
+        [sys.executable, "-m", "benchmarks.bench_transport"],
         env={**inherited, **variables},
         capture_output=True,
         text=True,
@@ -60,3 +74,34 @@ def _probe(variables: dict[str, str]) -> dict[str, float]:
         raise NoAnswerError(run.stderr.strip())
     result: dict[str, float] = json.loads(run.stdout)
     return result
+
+
+def main() -> int:
+    """Measure, and print the result."""
+    ages: list[float] = []
+
+    def hear(message: JointState) -> None:
+        stamp = message.header.stamp
+        ages.append(1e-9 * (time.time_ns() - stamp.nanosec) - stamp.sec)
+
+    with session() as running:
+        pids = [running.start_node(name, "/probed") for name in ("simulator_node", "ik_node")]
+        running.node.create_subscription(
+            JointState, "/probed/joint_commands", hear, qos_profile_sensor_data
+        )
+        try:
+            running.spin_until(lambda: ages, "commands")
+        except NoAnswerError as error:
+            print(error, file=sys.stderr)
+            return 1
+        running.spin_for(WARM_UP_TIME)
+        ages.clear()
+        begin, before = time.monotonic_ns(), sum(map(processor_time, pids))
+        running.spin_for(TIME)
+        load = (sum(map(processor_time, pids)) - before) / (time.monotonic_ns() - begin)
+    print(json.dumps({AGE: statistics.median(ages), LOAD: load}))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

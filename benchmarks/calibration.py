@@ -14,7 +14,7 @@ from scipy.stats import chi2
 from benchmarks.command_line import numbers
 from benchmarks.machine import description
 from benchmarks.table import Row, print_rows
-from benchmarks.touch_places import least_median
+from benchmarks.touch_places import least_median, random_places
 from testing.wrong_machines import (
     DISTANCE,
     IN_RINGS,
@@ -268,12 +268,6 @@ def _volume(
     distances = [machine.distance(one[0], one[1], rng) for one in chosen if len(one) == 2]
     result = calibrate(GEOMETRY, [*touches, *more], (), distances, WRONG_BY)
     return float(np.exp(0.5 * np.linalg.slogdet(result.covariance)[1]))
-
-
-def random_places(count: int, rng: np.random.Generator) -> FloatArray:
-    """Return places evenly spread over the disc. Shape (count, 2) [m]."""
-    angles, radii = rng.uniform(0.0, 2.0 * np.pi, count), RADIUS * np.sqrt(rng.uniform(size=count))
-    return np.column_stack((radii * np.cos(angles), radii * np.sin(angles)))
 
 
 def _size(errors: FloatArray, unknown_height: bool) -> float:

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import CodeType, FrameType
 
 import tri_glide_kinematics
+from benchmarks.judge import CONFIGURED, LIMITS, WORKSPACE
 from benchmarks.table import print_lines
 from tri_glide_kinematics.control import (
     IDLE,
@@ -25,16 +26,13 @@ from tri_glide_kinematics.control import (
     SupervisionBounds,
     Supervisor,
 )
-from tri_glide_kinematics.motion import MotionEngine, SliderLimits
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.motion import MotionEngine
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 PACKAGE = str(Path(tri_glide_kinematics.__file__).parent)
 CYCLES = 50  # that are counted
 BEFORE = 50  # cycles before that, in which a move is planned, and a target is reached
 PERIOD = 0.002  # s
-LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)  # m
 HOME = (0.6, 0.6, 0.6)  # m, heights
 TARGET = (0.05, 0.03, 0.3)  # m
 # Most calls in a cycle that are wanted.
@@ -48,15 +46,14 @@ class Machine:
 
     def __init__(self) -> None:
         """Lead from home."""
-        workspace = Workspace(TriGlide(DEFAULT_GEOMETRY), WorkspaceLimits(LOWER, UPPER, 0.005, 6.0))
         self.controller = MotionController(
-            MotionEngine(workspace, SliderLimits.uniform(1.0, 10.0, 200.0), in_pieces=True),
+            MotionEngine(WORKSPACE, LIMITS, in_pieces=True),
             Supervisor(SupervisionBounds(0.2, 0.02, 0.05, (1.0,) * 3), ("a", "b", "c")),
             period=PERIOD,
             streams=Streams.with_timeouts(0.1, 0.3),
             in_position_bounds=InPositionBounds(0.0005, 0.02, 0.5, 0.005),
             start_disabled=False,
-            travel=(LOWER, UPPER),
+            travel=(CONFIGURED.lower_heights, CONFIGURED.upper_heights),
             on_change=lambda status: None,
             on_refusal=lambda text, refusal: None,
         )
@@ -74,18 +71,13 @@ class Machine:
                 calls[frame.f_code] += 1
 
         sys.setprofile(note)
-        setpoint = self.controller.cycle(self._now, _goes_on)
+        setpoint = self.controller.cycle(self._now, lambda: True)
         sys.setprofile(None)
         if setpoint is not None:
             self._heights = setpoint.heights
         self.controller.measured(self._heights, self._now)
-        self.controller.plan(_goes_on)
+        self.controller.plan(lambda: True)
         return calls
-
-
-def _goes_on() -> bool:
-    """Return that there is time for planning."""
-    return True
 
 
 def calls_in(state: OperatingState) -> Calls:
@@ -114,5 +106,4 @@ def run() -> bool:
         module = Path(code.co_filename).relative_to(PACKAGE).with_suffix("")
         name = f"{'.'.join(module.parts)}: {code.co_qualname}"
         rows.append((name, *(f"{calls[code] / CYCLES:g}" for calls in counts.values())))
-    print_lines(rows)
-    return True
+    return print_lines(rows)

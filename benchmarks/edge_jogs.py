@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.judge import LIMITS, MACHINE
-from benchmarks.linear_moves import WORKSPACE
+from benchmarks.linear_moves import WORKSPACE, along_and_beside
 from benchmarks.soak import random_place, random_velocity
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, NoRoomError
@@ -77,13 +77,14 @@ def measure(count: int, seed: int) -> Jogs:
         found.done += 1
         heights = engine.sample_plan(np.linspace(0.0, engine.time_to_rest, SAMPLES)).heights
         found.overrun = max(found.overrun, overrun(heights))
-        offsets = MACHINE.forward_batch(heights) - begin
-        along = offsets @ unit
-        beside = np.linalg.norm(offsets - along[:, np.newaxis] * unit, axis=1)
+        places = MACHINE.forward_batch(heights)
+        along, beside = along_and_beside(places, begin, unit)
         far = along > SHORTEST_WAY
         found.angle = max(found.angle, float(np.arctan2(beside[far], along[far]).max()))
         try:
-            WORKSPACE.check_position((begin + offsets[-1] + BEYOND * unit).tolist())
+            WORKSPACE.check_position(
+                (MACHINE.forward_batch(heights[-1:])[0] + BEYOND * unit).tolist()
+            )
         except KinematicsError:
             found.at_edge += 1
     return found

@@ -6,23 +6,21 @@ with MuJoCo is in ``benchmarks/mujoco_forces.py``.
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from benchmarks.bench_tri_glide import positions
 from benchmarks.command_line import numbers
-from benchmarks.harness import pinned_to_one_core
-from benchmarks.judge import MACHINE, WORKSPACE
+from benchmarks.harness import Work, pinned_to_one_core
+from benchmarks.judge import LIMITS, MACHINE, WORKSPACE
 from benchmarks.machine import description
 from benchmarks.table import Row, print_rows
 from tri_glide_kinematics.calibration import exciting_moves
 from tri_glide_kinematics.dynamics import UNIFORM_ARMS, Masses, SliderForces, identify
 from tri_glide_kinematics.motion import SliderLimits
 
-SLOW = SliderLimits((1.0,) * 3, (10.0,) * 3, (200.0,) * 3)
-FAST = SliderLimits((2.0,) * 3, (40.0,) * 3, (5000.0,) * 3)
+FAST = SliderLimits.uniform(2.0, 40.0, 5000.0)
 MASSES = {
     "carriages 1 kg, arms 0.2 kg, platform 0.6 kg": (1.0, 0.2, 0.6),
     "carriages 0.5 kg, arms 0.2 kg, platform 0.3 kg": (0.5, 0.2, 0.3),
@@ -48,7 +46,7 @@ def rows(count: int) -> Iterator[Row]:
     """Yield one row after the other."""
     with pinned_to_one_core():
         yield from _times()
-    for limits, speed in ((SLOW, "1 m/s, 10 m/s^2"), (FAST, "2 m/s, 40 m/s^2")):
+    for limits, speed in ((LIMITS, "1 m/s, 10 m/s^2"), (FAST, "2 m/s, 40 m/s^2")):
         for name, masses in MASSES.items():
             yield from _identified(f"{name}, {speed}", masses, limits, count)
 
@@ -61,29 +59,20 @@ def _times() -> Iterator[Row]:
     motion = (heights, velocities, 10.0 * accelerations)
     pose, rates, second = (tuple(each[0].tolist()) for each in motion)
 
-    def many(call: Callable[..., object], *values: object) -> None:
-        for _ in range(CALLS):
-            call(*values)
-
-    one = 1e6 * _least(many, forces.forces, pose, rates, second) / CALLS
+    one = 1e6 * _least(Work(forces.forces, pose, rates, second))
     yield Row.at_most("forces, one call", one, 5.0, ".2f", " us")
     driving = forces.forces(pose, rates, second)
-    back = 1e6 * _least(many, forces.accelerations, pose, rates, driving) / CALLS
+    back = 1e6 * _least(Work(forces.accelerations, pose, rates, driving))
     yield Row("accelerations for forces, one call", f"{back:.2f} us")
-    step = 1e6 * _least(many, forces.step, pose, rates, driving, 0.001) / CALLS
+    step = 1e6 * _least(Work(forces.step, pose, rates, driving, 0.001))
     yield Row("one step of a simulation", f"{step:.2f} us")
-    batch = 1e9 * _least(forces.forces_batch, *motion) / POSES
+    batch = 1e9 * _least(Work(forces.forces_batch, *motion, items=POSES), calls=1)
     yield Row.at_most("forces_batch, 1,000,000 poses, per pose", batch, 80.0, ".0f", " ns")
 
 
-def _least(call: Callable[..., object], *values: object) -> float:
-    """Return the least processor time of a call [s]."""
-    times = []
-    for _ in range(REPEATS):
-        before = time.process_time()
-        call(*values)
-        times.append(time.process_time() - before)
-    return min(times)
+def _least(work: Work, calls: int = CALLS) -> float:
+    """Return the least processor time of an item [s]."""
+    return min(work.seconds_per_item(calls) for _ in range(REPEATS))
 
 
 def _identified(

@@ -23,27 +23,21 @@ from std_srvs.srv import Trigger
 
 from benchmarks.bench_cycle import TARGETS
 from benchmarks.bench_mechanisms import CRANK_VELOCITY, LENGTHS, crank_angles, example_2
-from benchmarks.bench_services import (
-    f_mechanism_request,
-    four_bar_request,
-    mean_time,
-    service_name,
-)
+from benchmarks.bench_services import TRACES, mean_time
 from benchmarks.bench_tri_glide import GEOMETRY, positions
-from benchmarks.harness import Missing, NoAnswerError, pinned_to_one_core
+from benchmarks.harness import Missing, NoAnswerError, Work, attempt, pinned_to_one_core
 from benchmarks.machine import ROOT
 from benchmarks.ros_session import Session, pose_at, session
 from benchmarks.table import in_seconds, print_lines
-from tri_glide_interfaces.srv import TraceFMechanism, TraceFourBar
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
 from tri_glide_kinematics.tri_glide import TriGlide
 
 FOLDER = ROOT / "docs" / "images"
 
 SIZES = [10**power for power in range(8)]
-LEAST_TIME = 0.05  # s: shorter calls are repeated
-LONG_TIME = 2.0  # s: longer ones are not
-MOST_CALLS = 1000
+LEAST_TIME = 0.02  # s: shorter calls are repeated
+LONG_TIME = 2.0  # s: longer ones are measured once
+REPEATS = 3
 MEGABYTE = 1e6
 
 
@@ -94,16 +88,14 @@ def _measured(function: Callable[..., object], argument: object) -> tuple[float,
     tracemalloc.start()
     begin = time.process_time()
     function(argument)
-    times = [time.process_time() - begin]
+    taken = time.process_time() - begin
     peak = tracemalloc.get_traced_memory()[1] / MEGABYTE
     tracemalloc.stop()
-    if times[0] < LONG_TIME:
-        times.clear()
-        while len(times) < 3 or (sum(times) < LEAST_TIME and len(times) < MOST_CALLS):
-            begin = time.process_time()
-            function(argument)
-            times.append(time.process_time() - begin)
-    return peak, float(np.median(times))
+    if taken < LONG_TIME:
+        work = Work(function, argument)
+        calls = work.calls_within(LEAST_TIME)
+        taken = float(np.median([work.seconds_per_item(calls) for _ in range(REPEATS)]))
+    return peak, taken
 
 
 def available_memory() -> float:
@@ -115,10 +107,6 @@ def available_memory() -> float:
 
 
 STEPS = [10**power for power in range(1, 6)]  # no request may ask for more
-REQUESTS: dict[type, Callable[[int], object]] = {
-    TraceFourBar: four_bar_request,
-    TraceFMechanism: f_mechanism_request,
-}
 MACHINES = 8  # at most
 MACHINES_IN_ONE_PROCESS = 5  # at most
 MACHINE_TIME = 5.0  # s of motion that are judged
@@ -152,12 +140,9 @@ def _start_machine(running: Session, namespace: str, one_process: bool) -> None:
 def services() -> Iterator[Growth | Missing]:
     """Measure an empty call, which has no steps, and both traces."""
     curves: dict[str, Callable[[], Growth]] = {"empty call": _empty_call}
-    curves.update({service_name(kind): partial(_trace, kind) for kind in REQUESTS})
+    curves.update({name: partial(_trace, name) for name in TRACES})
     for name, measure in curves.items():
-        try:
-            yield measure()
-        except NoAnswerError as error:
-            yield Missing(name, str(error), is_failure=True)
+        yield attempt(name, measure)
 
 
 def _empty_call() -> Growth:
@@ -169,18 +154,18 @@ def _empty_call() -> Growth:
         return Growth("empty call", [0], [mean_time(running, empty, Trigger.Request(), 200)], [])
 
 
-def _trace(kind: type) -> Growth:
-    name = service_name(kind)
+def _trace(name: str) -> Growth:
+    kind, request_of = TRACES[name]
     growth = Growth(name, [], [], [])
     with session() as running:
         running.start_node("mechanism_node", "/ours")
         client = running.node.create_client(kind, f"/ours/mechanism_node/{name}")
         running.spin_until(client.service_is_ready, name)
-        mean_time(running, client, REQUESTS[kind](STEPS[0]), 5)
+        mean_time(running, client, request_of(STEPS[0]), 5)
         for steps in STEPS:
             calls = max(1, min(50, 50_000 // steps))
             growth.sizes.append(steps)
-            growth.times.append(mean_time(running, client, REQUESTS[kind](steps), calls))
+            growth.times.append(mean_time(running, client, request_of(steps), calls))
     return growth
 
 

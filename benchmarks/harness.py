@@ -97,8 +97,8 @@ class NoAnswerError(Exception):
     """Something that had to happen did not; the text says what, and how the nodes are."""
 
 
-def attempt(what: str, measure: Callable[[], Figure]) -> Figure | Missing:
-    """Return the row ``what`` as measured, or why there was no answer."""
+def attempt(what: str, measure: Callable[[], Value]) -> Value | Missing:
+    """Return what is measured for the row ``what``, or why there was no answer."""
     try:
         return measure()
     except NoAnswerError as error:

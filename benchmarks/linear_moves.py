@@ -166,6 +166,16 @@ def random_moves(count: int, seed: int) -> Iterator[tuple[FloatArray, FloatArray
         yield start, end
 
 
+def along_and_beside(
+    places: FloatArray, start: FloatArray, direction: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far places are along a line from ``start``, and beside it. Both (n,) [m]."""
+    offsets = places - start
+    along = offsets @ direction
+    beside = np.linalg.norm(offsets - along[:, np.newaxis] * direction, axis=1)
+    return along, beside
+
+
 def measure(count: int, seed: int) -> Measurement:
     """Plan random moves and check each setpoint of a 1 kHz control loop."""
     motion = LinearMotion(MACHINE)
@@ -178,10 +188,9 @@ def measure(count: int, seed: int) -> Measurement:
         heights = plan.sample(np.maximum(times, 0.0)).heights
         use = LimitUse.of(CommandStream.from_heights(heights, DT), LIMITS)
         peaks = np.maximum(peaks, use.largest)
-        offsets = MACHINE.forward_batch(heights) - start
-        along = offsets @ np.array(line.direction)
-        beside = offsets - along[:, np.newaxis] * np.array(line.direction)
-        deviation = max(deviation, float(np.linalg.norm(beside, axis=1).max()))
+        places = MACHINE.forward_batch(heights)
+        _, beside = along_and_beside(places, start, np.array(line.direction))
+        deviation = max(deviation, float(beside.max()))
     return Measurement(np.array(ratios), deviation, peaks)
 
 

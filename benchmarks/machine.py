@@ -63,21 +63,12 @@ def compiler() -> str:
 
 def git_state() -> str:
     """Return the commit, and whether files differ from it."""
-    commit = _first_line(("git", "-C", str(ROOT), "rev-parse", "--short=12", "HEAD"))
+    git = ("git", "-C", str(ROOT))
+    commit = _first_line((*git, "rev-parse", "--short=12", "HEAD"))
     if not commit:
         return "not a git checkout"
-    changed = _output(
-        (
-            "git",
-            "-C",
-            str(ROOT),
-            "status",
-            "--porcelain",
-            "--",
-            "tri_glide_kinematics",
-            "benchmarks",
-        )
-    ).splitlines()
+    folders = ("tri_glide_kinematics", "benchmarks")
+    changed = _output((*git, "status", "--porcelain", "--", *folders)).splitlines()
     return f"commit {commit}, " + (f"{len(changed)} files changed" if changed else "clean")
 
 

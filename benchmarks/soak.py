@@ -176,7 +176,7 @@ def soak_all(
     default_steps: int,
     scenarios: Sequence[Scenario] = SCENARIOS,
 ) -> Findings:
-    """Soak all ``scenarios``, and print what was accepted and refused.
+    """Soak all ``scenarios``, and print what was accepted and refused, and what is wrong.
 
     Args:
         soak: takes a scenario, its number of steps, the seed, and what is found.
@@ -198,4 +198,6 @@ def soak_all(
         )
     print("accepted:", dict(findings.commands.most_common()))
     print("refused: ", dict(findings.refusals.most_common()))
+    for violation in findings.violations:
+        print("VIOLATION:", violation)
     return findings

@@ -235,8 +235,6 @@ def main() -> int:
         print(f"largest {quantity:12} {peak:.9f} of its limit (tolerance {LIMIT_TOLERANCE:g})")
     print(f"farthest beyond slider travel {findings.travel:.3g} m")
     print(f"farthest beyond the rest of the workspace {findings.place:.3g} m")
-    for violation in findings.violations:
-        print("VIOLATION:", violation)
     print("linear moves:", flush=True)
     moves = linear_moves.tell(10_000, seed=1)
     jogs = edge_jogs.measure(10_000, seed=1)

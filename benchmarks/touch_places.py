@@ -106,9 +106,13 @@ def _starts(count: int, rng: np.random.Generator) -> Iterator[tuple[str, FloatAr
     yield "in the middle and on the rim", np.array(PLACES)
     yield "in rings", np.array(IN_RINGS)
     for number in range(1, count + 1):
-        angles = rng.uniform(0.0, 2.0 * np.pi, COUNT)
-        radii = RADIUS * np.sqrt(rng.uniform(size=COUNT))
-        yield f"at random, {number}", _places(radii, angles)
+        yield f"at random, {number}", random_places(COUNT, rng)
+
+
+def random_places(count: int, rng: np.random.Generator) -> FloatArray:
+    """Return places evenly spread over the disc. Shape (count, 2) [m]."""
+    angles, radii = rng.uniform(0.0, 2.0 * np.pi, count), RADIUS * np.sqrt(rng.uniform(size=count))
+    return _places(radii, angles)
 
 
 def _improved(places: FloatArray, draws: FloatArray) -> FloatArray:

@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 
 def sweep_of(
     lengths: tuple[float, float, float, float], count: int
-) -> tuple[Callable[..., Floats], tuple[object, ...]]:
+) -> tuple[Callable[..., FloatArray], tuple[object, ...]]:
     """Return pylinkage's compiled function and its arguments for one turn in ``count`` steps.
 
     It returns the joint positions of one branch, of shape (count, 4, 2), after each step; the last

@@ -10,11 +10,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
-
-Floats = NDArray[np.float64]
+from tri_glide_kinematics.vectors import FloatArray
 
 SOURCE = Path(__file__).with_name("tri_glide.c")
 
@@ -34,24 +32,24 @@ def library() -> ctypes.CDLL:
         return ctypes.CDLL(str(target))
 
 
-def inverse_batch_of(geometry: TriGlideGeometry) -> Callable[[Floats], Floats]:
+def inverse_batch_of(geometry: TriGlideGeometry) -> Callable[[FloatArray], FloatArray]:
     """Return the function from positions to heights, both of shape (n, 3) [m]."""
     return _batch("inverse", geometry)
 
 
-def forward_batch_of(geometry: TriGlideGeometry) -> Callable[[Floats], Floats]:
+def forward_batch_of(geometry: TriGlideGeometry) -> Callable[[FloatArray], FloatArray]:
     """Return the function from heights to positions, both of shape (n, 3) [m]."""
     return _batch("forward", geometry)
 
 
-def _batch(name: str, geometry: TriGlideGeometry) -> Callable[[Floats], Floats]:
+def _batch(name: str, geometry: TriGlideGeometry) -> Callable[[FloatArray], FloatArray]:
     loop = library()[name]
     loop.restype = None
     loop.argtypes = [ctypes.c_size_t] + [ctypes.c_void_p] * 3
     arms = zip(geometry.anchors, geometry.arm_lengths)
     constants = np.array([(*anchor, length * length) for anchor, length in arms])
 
-    def batch(given: Floats) -> Floats:
+    def batch(given: FloatArray) -> FloatArray:
         result = np.empty_like(given)
         loop(len(given), constants.ctypes.data, given.ctypes.data, result.ctypes.data)
         return result
