@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from benchmarks.followed import on_circle
+from benchmarks.followed import on_circle, straight_error
 from benchmarks.judge import LIMITS, MACHINE
 from benchmarks.soak import engine_at
 from benchmarks.table import Row, print_rows
@@ -44,7 +44,7 @@ def rows() -> Iterable[Row]:
             f"{1000.0 * theirs:.2f} ms (ruckig's velocity interface, no checks)",
             ours <= theirs + PERIOD,
         )
-    error = _straight()
+    error = straight_error(_started(), PERIOD)
     yield Row(
         "target in a straight line, 0.3 m/s, told 100 times a second",
         f"{1000.0 * error:.2g} mm",
@@ -58,7 +58,7 @@ def rows() -> Iterable[Row]:
         f"{1000.0 * theirs:.2g} mm (poses)",
         ours < min(1e-3, theirs / 3.0),
     )
-    error, behind = _straight(SHAPER), 0.3 * SHAPER.delay
+    error, behind = straight_error(_started(SHAPER), PERIOD), 0.3 * SHAPER.delay
     yield Row(
         "target in that line, with a shaper (EI, 15 Hz)",
         f"{1000.0 * error:.2g} mm",
@@ -124,20 +124,6 @@ def _lag(states: list[SliderState], turns: float) -> float:
     angles = np.array([math.atan2(y, x) for x, y, _ in velocities])
     behind = np.angle(np.exp(1j * (math.tau * turns * times - angles)))
     return float(behind.mean()) / (math.tau * turns)
-
-
-def _straight(shaper: Shaper | None = None) -> float:
-    """Return the largest error once caught up [m]."""
-    engine = _started(shaper)
-    start, velocity = np.array((-0.15, 0.02, 0.3)), np.array((0.3, 0.0, 0.0))
-    errors = []
-    for cycle in range(round(0.95 / PERIOD)):
-        now = cycle * PERIOD
-        if cycle % 5 == 0:
-            engine.track((start + now * velocity).tolist(), velocity.tolist())
-        place = MACHINE.forward(_cycle(engine).heights)
-        errors.append(math.dist(place, start + (now + PERIOD) * velocity))
-    return max(errors[round(SETTLED / PERIOD) :])
 
 
 def _circle(*, with_velocity: bool, shaper: Shaper | None = None) -> float:

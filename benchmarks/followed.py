@@ -15,6 +15,7 @@ import numpy as np
 from benchmarks.judge import LIMITS, MACHINE
 from benchmarks.soak import engine_at
 from testing.jerk_on_paths import COUNTS, FAST, PERIOD
+from tri_glide_kinematics.motion import MotionEngine
 from tri_glide_kinematics.motion.tracking import FOLLOW_HORIZON
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -131,15 +132,21 @@ def jogged(turns: float, told: float = 0.01, steps: int = 0) -> Calm:
     return calm_of(np.array(heights[first:]), np.array(ideal[first:]), told, lag)
 
 
-def straight_error(speed: float = 0.3) -> float:
-    """Return the largest error behind a target on a line once it is caught [m]."""
-    engine, errors = engine_at((0.0, 0.0, HEIGHT)), []
-    for cycle in range(round(0.95 / PERIOD)):
-        if cycle % 10 == 0:
-            engine.track((-0.15 + speed * cycle * PERIOD, 0.02, 0.3), (speed, 0.0, 0.0))
-        place = MACHINE.forward(engine.step(PERIOD).heights)
-        errors.append(math.dist(place, (-0.15 + speed * (cycle + 1) * PERIOD, 0.02, 0.3)))
-    return max(errors[round(0.5 / PERIOD) :])
+def straight_error(engine: MotionEngine | None = None, period: float = PERIOD) -> float:
+    """Return the largest error behind a target on a line once it is caught [m].
+
+    Args:
+        engine: at rest; one that plans at once by default.
+        period: of its steps [s].
+    """
+    engine, speed, errors = engine or engine_at((0.0, 0.0, HEIGHT)), 0.3, []
+    for cycle in range(round(0.95 / period)):
+        if cycle % round(0.01 / period) == 0:
+            engine.track((-0.15 + speed * cycle * period, 0.02, 0.3), (speed, 0.0, 0.0))
+        place = MACHINE.forward(engine.step(period).heights)
+        engine.work(lambda: True)
+        errors.append(math.dist(place, (-0.15 + speed * (cycle + 1) * period, 0.02, 0.3)))
+    return max(errors[round(0.5 / period) :])
 
 
 def time_to_catch(speed: float, horizon: float = FOLLOW_HORIZON) -> float:
