@@ -13,9 +13,8 @@ benchmarks has.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
@@ -173,23 +172,11 @@ def optimum(start: FloatArray, end: FloatArray, guess: Trajectory) -> float:
     return float(found.x[-1]) if kept else np.nan
 
 
-class Gain(NamedTuple):
-    """How much sooner motions of a kind are there.
-
-    Attributes:
-        kind: in words.
-        over_constant: time over that with the best constant limit. Shape (n,).
-        over_optimum: time over an independent optimum, of the first ones. Shape (m,).
-    """
-
-    kind: str
-    over_constant: FloatArray
-    over_optimum: FloatArray
-
-
-def measured(count: int = COUNT, optima: int = OPTIMA) -> Iterator[Gain]:
-    """Yield the gain for each kind of motion, of so many motions and so many optima."""
-    base = SliderLimits.uniform(VELOCITY, constant_acceleration(), JERK)
+def run(count: int = COUNT, optima: int = OPTIMA) -> bool:
+    """Measure so many motions of each kind and so many optima; the table is always complete."""
+    acceleration = constant_acceleration()
+    print(f"\nbest constant acceleration limit: {acceleration:.2f} m/s^2 for {FORCE:g} N")
+    base = SliderLimits.uniform(VELOCITY, acceleration, JERK)
     using = SliderLimits.uniform(VELOCITY, AMPLE, JERK).with_added(BOUND)
     rng = np.random.default_rng(SEED)
     ends: list[FloatArray] = []
@@ -198,22 +185,15 @@ def measured(count: int = COUNT, optima: int = OPTIMA) -> Iterator[Gain]:
         if np.linalg.norm(both[1] - both[0]) > LEAST:
             ends.append(both)
     best = [optimum(start, end, along_path(using, start, end)) for start, end in ends[:optima]]
+    rows = [("motions", "over the constant limit: median (10 to 90 %)", "over an optimum: median")]
     for kind, made in MOTIONS:
         durations = np.array([made(using, *both).duration for both in ends])
         constant = np.array([made(base, *both).duration for both in ends])
-        yield Gain(kind, durations / constant, durations[:optima] / best)
-
-
-def run(count: int = COUNT, optima: int = OPTIMA) -> bool:
-    """Measure and print the table; it is always complete."""
-    acceleration = constant_acceleration()
-    print(f"\nbest constant acceleration limit: {acceleration:.2f} m/s^2 for {FORCE:g} N")
-    rows = [("motions", "over the constant limit: median (10 to 90 %)", "over an optimum: median")]
-    for gain in measured(count, optima):
-        low, median, high = np.percentile(gain.over_constant, (10.0, 50.0, 90.0))
-        known = gain.over_optimum[np.isfinite(gain.over_optimum)]
+        low, median, high = np.percentile(durations / constant, (10.0, 50.0, 90.0))
+        over = durations[:optima] / best
+        known = over[np.isfinite(over)]
         optimal = f"{np.median(known):.3f} ({len(known)} motions)" if len(known) else "-"
-        rows.append((gain.kind, f"{median:.3f} ({low:.3f} to {high:.3f})", optimal))
+        rows.append((kind, f"{median:.3f} ({low:.3f} to {high:.3f})", optimal))
     return print_lines(rows)
 
 
