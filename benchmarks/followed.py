@@ -16,7 +16,7 @@ from benchmarks.judge import LIMITS, MACHINE
 from benchmarks.soak import engine_at
 from testing.jerk_on_paths import COUNTS, FAST, PERIOD
 from tri_glide_kinematics.motion import MotionEngine
-from tri_glide_kinematics.motion.tracking import FOLLOW_HORIZON
+from tri_glide_kinematics.motion.tracking import FOLLOW_HORIZON, ToldPlaces
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 HEIGHT, START, SEED = 0.3, (0.0, -0.05, 0.3), 3
@@ -86,20 +86,24 @@ def followed(
     told: float,
     noise: float = 0.0,
     of_speed: float = 0.0,
+    *,
+    as_poses: bool = False,
 ) -> Calm:
     """Return how a target is followed that is ``told`` each so many seconds.
 
-    Its positions have a ``noise`` [m], its velocities one ``of_speed`` [m/s].
+    Its positions have a ``noise`` [m], its velocities one ``of_speed`` [m/s]. Of ``as_poses`` no
+    velocities are told.
     """
+    poses = ToldPlaces()
     engine, rng = engine_at(START), np.random.default_rng(SEED)
     heights, ideal, errors, tellings = [], [], [], 0
     for cycle in range(round((CAUGHT_UP + duration) / PERIOD)):
         if cycle * PERIOD >= tellings * told - 1e-9:
             position, velocity = motion(cycle * PERIOD)
             wrong = of_speed * rng.normal(size=3) if of_speed else np.zeros(3)
-            engine.track(
-                (position + noise * rng.normal(size=3)).tolist(), (velocity + wrong).tolist()
-            )
+            seen, speed = (position + noise * rng.normal(size=3)).tolist(), velocity + wrong
+            known = poses.report(seen, cycle * PERIOD) if as_poses else speed.tolist()
+            engine.move_to(seen) if known is None else engine.track(seen, known)
             tellings += 1
         heights.append(engine.step(PERIOD).heights)
         place, _ = motion((cycle + 1) * PERIOD)
@@ -181,6 +185,17 @@ def rows() -> Iterator[tuple[str, ...]]:
             name += f", {1e3 * noise:g} mm of noise"
         if of_speed:
             name += f", {1e3 * of_speed:g} mm/s of noise"
+        yield _row(name, found, f"{1e6 * found.behind:.1f} um")
+    for radius, turns, told, noise in (
+        (0.02, 1.0, 0.01, 0.0),
+        (0.03, 0.5, 1.0 / 30.0, 0.0),
+        (0.03, 0.5, 1.0 / 30.0, 1e-4),
+    ):
+        motion = on_circle(radius, turns)
+        found = followed(motion, 2.0 / turns, told, noise, as_poses=True)
+        name = f"poses on a circle of {1e3 * radius:g} mm, {turns:g}/s, at {1.0 / told:.0f} Hz"
+        if noise:
+            name += f", {1e3 * noise:g} mm of noise"
         yield _row(name, found, f"{1e6 * found.behind:.1f} um")
     for turns, told, steps in (
         (0.25, 0.01, 0),

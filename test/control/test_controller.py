@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from controller_rig import (
     HOME,
@@ -603,6 +605,79 @@ def test_new_limits_leave_the_shaper_as_it_is(kind):
     rig.cycle_until(IDLE)
     assert MACHINE.forward(rig.heights) == pytest.approx(TARGET, abs=1e-9)
     assert LimitUse.of(CommandStream.from_heights(heights, PERIOD), LIMITS).is_within
+
+
+def circling(rig, begin):
+    angle = 3.0 * (rig.now - begin)
+    return 0.03 * math.cos(angle), 0.03 * math.sin(angle), 0.3
+
+
+def follow_poses(rig, place, seconds, each=0.03):
+    """Let poses come at a rate; return how far the setpoint is from them where each comes [m]."""
+    distances = []
+    for cycle in range(round(seconds / PERIOD)):
+        if cycle % round(each / PERIOD) == 0:
+            distances.append(math.dist(MACHINE.forward(rig.heights), place()))
+            rig.controller.follow_pose(place(), rig.now, rig.now)
+        rig.cycle()
+    return distances
+
+
+def test_poses_at_a_rate_are_followed_and_the_last_one_is_reached():
+    rig = Rig(in_pieces=True)
+    rig.cycle(20)
+    begin = rig.now
+    distances = follow_poses(rig, lambda: circling(rig, begin), 1.5)
+    assert rig.states[-2:] == [MOVING, TRACKING]
+    assert max(distances[30:]) < 3e-4
+    last = rig.controller.newest_target.position
+    rig.cycle_until(MOVING, round(0.1 / PERIOD) + 1)
+    rig.cycle_until(IDLE)
+    assert rig.controller.reason.cause is Cause.TARGET_REACHED
+    assert MACHINE.forward(rig.heights) == pytest.approx(last, abs=1e-9)
+    assert rig.refusals == []
+
+
+def test_a_pose_that_comes_seldom_is_a_move_though_poses_are_followed(rig):
+    follow_poses(rig, lambda: TARGET, 1.5, each=0.3)
+    assert TRACKING not in rig.states
+    assert MACHINE.forward(rig.heights) == pytest.approx(TARGET, abs=1e-9)
+
+
+def test_a_pose_that_jumps_is_not_overshot():
+    rig = Rig(in_pieces=True)
+    rig.cycle(20)
+    begin, most = rig.now, 0.0
+    place = lambda: (0.05 if rig.now > begin + 0.6 else -0.05, 0.0, 0.3)  # noqa: E731
+    for _ in range(40):
+        follow_poses(rig, place, 0.03)
+        most = max(most, MACHINE.forward(rig.heights)[0])
+    assert most < 0.0501
+
+
+def test_after_a_stop_poses_at_a_rate_need_a_pause(rig):
+    begin = rig.now
+    follow_poses(rig, lambda: circling(rig, begin), 0.6)
+    rig.controller.stop()
+    rig.cycle_until(IDLE)
+    for _ in range(30):
+        with pytest.raises(CommandRefusedError, match="needs a pause"):
+            follow_poses(rig, lambda: circling(rig, begin), PERIOD)
+        rig.cycle(10)
+    rig.cycle(round(LEAST_PAUSE / PERIOD) + 1)
+    follow_poses(rig, lambda: circling(rig, begin), 0.3)
+    assert rig.controller.state is TRACKING
+
+
+def test_the_end_of_poses_moves_nothing_else(rig):
+    begin = rig.now
+    follow_poses(rig, lambda: circling(rig, begin), 0.6)
+    for _ in range(20):
+        rig.controller.track((0.0, 0.0, 0.3), (0.0, 0.0, 0.0), rig.now, rig.now)
+        rig.cycle(10)
+    assert rig.states[-1] is TRACKING
+    rig.controller.jog((0.0, 0.0, 0.01), rig.now)
+    rig.cycle_until(JOGGING)
 
 
 def test_with_a_shaper_a_target_is_followed_and_its_silence_ends_that():

@@ -143,6 +143,24 @@ def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(r
     assert_within_limits(machine)
 
 
+def test_poses_at_a_rate_are_followed_and_the_last_one_is_reached(running_machine):
+    machine, client = running_machine, running_machine.client
+    assert client.set_parameters("ik_node", {"follow_poses": True}).successful
+    begin = client.now()
+    timer = client.node.create_timer(
+        1.0 / 30.0, lambda: circling_pose(client, 1e-9 * (client.now() - begin))
+    )
+    machine.wait_for_state("tracking")
+    client.wait_for(lambda: client.now() > begin + 2e9, "a circle")
+    timer.cancel()
+    machine.wait_for_state("idle")
+    assert machine.cause is Cause.TARGET_REACHED
+    x, y, z = KINEMATICS.forward(machine.heights())
+    assert (math.hypot(x, y), z) == pytest.approx((0.03, HEIGHT), abs=1e-4)
+    assert_within_limits(machine)
+    assert client.set_parameters("ik_node", {"follow_poses": False}).successful
+
+
 @pytest.mark.parametrize(
     ("position", "age", "frame", "reason"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.control.operating_state import (
@@ -31,6 +32,7 @@ from tri_glide_kinematics.motion.engine import (
     Track,
 )
 from tri_glide_kinematics.motion.limits import PlatformSpeedLimit, SliderLimits
+from tri_glide_kinematics.motion.tracking import ToldPlaces
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
@@ -47,6 +49,10 @@ STATE_OF = {
     MotionPhase.TRACKING: TRACKING,
 }
 
+
+# Poses at a rate have ended if none came for so many times the last interval, and for so long [s]:
+# a sender may be held up.
+LATE_INTERVALS, LATE = 3.0, 0.1
 
 # Largest speed of the platform in teach mode: that of ISO 10218 for manual operation [m/s].
 TEACH_SPEED = 0.25
@@ -97,6 +103,9 @@ class CommandedMotion:
         self._newest_target = newest_target
         self._operation = operation
         self._on_refusal = on_refusal
+        # Poses that come at a rate, and when the last one came in.
+        self._poses = ToldPlaces()
+        self._pose_received = 0.0
 
     def move_to(self, position: Sequence[float]) -> None:
         """Move the platform to ``position`` [m], at the latest when it is its turn.
@@ -161,6 +170,44 @@ class CommandedMotion:
         if self._states.state is not TRACKING:
             self._engine.check_position(target.position)
         self._carry_out(target)
+
+    def follow_pose(self, position: Vector3, seen: float, now: float) -> None:
+        """Follow poses that come at a rate, as a target that moves.
+
+        The platform moves to the first pose as to any other, and to the last one once there come no
+        more.
+
+        Args:
+            position: of the newest pose. Shape (3,) [m].
+            seen: when the target was there [s].
+            now: time of receipt [s].
+
+        Raises:
+            KinematicsError: with the reason, if it is refused; what went on goes on.
+        """
+        self._pose_received = now
+        velocity = self._poses.report(position, seen)
+        if velocity is not None:
+            self.track(position, velocity, seen, now)
+            return
+        self._streams.targets.receive(now)
+        self._streams.targets.check_released()
+        self.move_to(position)
+
+    def end_poses(self, now: float) -> None:
+        """Move to the last one of poses that came at a rate, if there come no more ``now`` [s]."""
+        last = self._poses.place
+        late = max(LATE_INTERVALS * self._poses.interval, LATE)
+        late = min(late, self._streams.targets.timeout)
+        target = self._queue.target or self._newest_target.command
+        if last is None or now - self._pose_received < late:
+            return
+        self._poses.forget()
+        # Something else may be followed since.
+        if isinstance(target, Track) and target.position == last:
+            with suppress(KinematicsError):
+                # Where it cannot be reached, the stream has ended as any other.
+                self.move_to(last)
 
     def set_limits(
         self, limits: SliderLimits, speed_scale: float, path_speed_scale: float = 1.0

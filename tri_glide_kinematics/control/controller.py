@@ -67,8 +67,8 @@ class MotionController:
         streams: of what has to be renewed; their timeouts can be changed.
         newest_target: when it counts as reached can be changed.
         passed_outputs: of the path, where the setpoint has just been; who tells them clears it.
-        move_to, jog, track, follow, set_limits, set_teach_mode: motions, as ``CommandedMotion``
-            says.
+        move_to, jog, track, follow, follow_pose, set_limits, set_teach_mode: motions, as
+            ``CommandedMotion`` says.
         pursue, pursue_position, pause, resume, cancel, leads_to: motions whose end somebody waits
             for, as ``CommandedMotion`` says.
         stop, enable, disable, end, set_obstacle, fail: as ``Operation`` says.
@@ -119,6 +119,7 @@ class MotionController:
         self.fail = operation.fail
         self.move_to, self.jog, self.track = motion.move_to, motion.jog, motion.track
         self.follow, self.set_limits = motion.follow, motion.set_limits
+        self.follow_pose = motion.follow_pose
         self.set_teach_mode = motion.set_teach_mode
         self.pursue, self.pursue_position = motion.pursue, motion.pursue_position
         self.pause, self.resume = motion.pause, motion.resume
@@ -302,6 +303,7 @@ class MotionController:
             if silence is not None:
                 self._operation.fault(silence)
             elif state is JOGGING or state is TRACKING:
+                self._motion.end_poses(now)
                 stream = self.streams.twists if state is JOGGING else self.streams.targets
                 silence = stream.silence(now)
                 if silence is not None:

@@ -112,6 +112,7 @@ class IkNode(Node):
         self._planning = PlanningTime()
         self._target_timeout = values["target_timeout"]
         self._tracking_latency = values["tracking_latency"]
+        self._follow_poses = values["follow_poses"]
         self._base_frame = values["base_frame"]
         self._platform_frame = values["platform_frame"]
         check_joint_names(values)
@@ -294,7 +295,17 @@ class IkNode(Node):
 
     def _on_pose(self, message: PoseStamped) -> None:
         try:
-            self._controller.move_to(target_position(message, self._base_frame))
+            position = target_position(message, self._base_frame)
+            if not self._follow_poses:
+                self._controller.move_to(position)
+                return
+            now, stamp = time.monotonic(), message.header.stamp
+            age = 0.0
+            if has_stamp(stamp):
+                clock, timeout = self.get_clock(), self._target_timeout
+                age = age_of_target(stamp, clock, timeout, "target pose")
+            self._outputs.check_jogging()
+            self._controller.follow_pose(position, now - age - self._tracking_latency, now)
         except KinematicsError as error:
             self._refused.refuse(f"refused a target pose: {error}", error.refusal)
 
@@ -349,6 +360,7 @@ class IkNode(Node):
         streams.twists.timeout = values["twist_timeout"]
         streams.targets.timeout = self._target_timeout = values["target_timeout"]
         self._tracking_latency = values["tracking_latency"]
+        self._follow_poses = values["follow_poses"]
         self._engine.set_follow_horizon(values["follow_horizon"])
         self._actions.path_tolerance = values["path_tolerance"]
         self._controller.newest_target.bounds = in_position_bounds_of(values)

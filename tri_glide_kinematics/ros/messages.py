@@ -133,7 +133,7 @@ def moving_target(message: Odometry, base_frame: str) -> tuple[Vector3, Vector3]
     )
 
 
-def age_of_target(stamp: Time, clock: Clock, timeout: float) -> float:
+def age_of_target(stamp: Time, clock: Clock, timeout: float, what: str = "target state") -> float:
     """Return how long ago a moving target was where its state says [s].
 
     A state that is older than ``timeout`` [s] is of no use.
@@ -143,13 +143,13 @@ def age_of_target(stamp: Time, clock: Clock, timeout: float) -> float:
     """
     if not has_stamp(stamp):
         raise RefusedMessageError(
-            "target state has no stamp: it must say when the target was there", Refusal.STAMP
+            f"{what} has no stamp: it must say when the target was there", Refusal.STAMP
         )
     age = age_of(stamp, clock)
     if not -LARGEST_LEAD <= age <= timeout:
         relation, limit = ("behind", timeout) if age > 0.0 else ("ahead of", LARGEST_LEAD)
         raise RefusedMessageError(
-            f"target state has a stamp {number_text(abs(age))} s {relation} the clock of this "
+            f"{what} has a stamp {number_text(abs(age))} s {relation} the clock of this "
             f"node, it must be at most {number_text(limit)} s: are the clocks set alike?",
             Refusal.STAMP,
         )

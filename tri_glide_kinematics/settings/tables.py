@@ -204,6 +204,9 @@ IK_NODE = (
     live("target_timeout", 0.5,
         "the machine stops if no state of a moving target arrives for longer than this",
         "s", 0.01, 10.0),
+    live("follow_poses", False,
+        "whether poses come at a rate and are followed, like a target that moves; the last one is "
+        "reached"),
     live("follow_horizon", FOLLOW_HORIZON,
         "time in which the platform is to be on a moving target, or at the velocity of a jog that "
         "changes in motion: the longer, the calmer; 0 for one cycle", "s", 0.0, LONGEST_HORIZON),

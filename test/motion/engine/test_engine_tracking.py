@@ -443,6 +443,25 @@ def test_a_target_on_a_circle_is_followed_calmly(radius, turns, told, noise, jer
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("radius", "turns", "told", "noise", "jerk", "fast", "error"),
+    [
+        (0.02, 1.0, 0.01, 0.0, 1.4, 3e-3, 2.5e-5),
+        (0.03, 0.5, 1.0 / 30.0, 0.0, 3.5, 3e-3, 5e-5),
+        # What is led of velocities that are made of noise is as wrong as they are: it was 14 mm.
+        (0.03, 0.5, 1.0 / 30.0, 1e-4, 80.0, 3e-2, 3e-3),
+        (0.02, 1.0, 0.01, 1e-4, 20.0, 3e-2, 5e-3),
+    ],
+)
+def test_poses_on_a_circle_are_followed_calmly(radius, turns, told, noise, jerk, fast, error):
+    motion = followed.on_circle(radius, turns)
+    found = followed.followed(motion, 1.0 / turns, told, noise, as_poses=True)
+    assert found.jerk < jerk
+    assert found.fast < fast
+    assert found.behind < error
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("turns", [0.5, 1.0])
 def test_a_twist_that_turns_is_followed_calmly_and_without_a_lag(turns):
     found = followed.jogged(turns)

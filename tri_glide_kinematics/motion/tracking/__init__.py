@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.tracking.target_tracking import (
         straight_towards as straight_towards,
     )
+    from tri_glide_kinematics.motion.tracking.told_places import ToldPlaces as ToldPlaces
     from tri_glide_kinematics.motion.tracking.velocity_tracking import SLOWEST_JOG as SLOWEST_JOG
     from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead as WayAhead
     from tri_glide_kinematics.motion.tracking.way_ahead import approach as approach

@@ -1,0 +1,53 @@
+"""The velocity of a target of which only places are told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tri_glide_kinematics.motion.tracking import ToldPlaces
+
+STILL = (0.0, 0.0, 0.0)
+
+
+def test_a_parabola_has_its_velocity_whatever_the_intervals_are():
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        start, velocity, bend = rng.normal(size=(3, 3)) * ((0.1,), (0.1,), (1.0,))
+        places, time = ToldPlaces(), 0.0
+        told = []
+        for interval in rng.uniform(0.02, 0.05, 6):
+            time += interval
+            place = start + time * (velocity + 0.5 * time * bend)
+            told.append(places.report(tuple(place), time))
+        assert told[0] is None
+        np.testing.assert_allclose(told[-1], velocity + time * bend, atol=1e-9)
+        assert places.interval == pytest.approx(interval)
+
+
+@pytest.mark.parametrize(
+    ("times", "expected"),
+    [
+        ((0.0, 0.03, 0.06), (0.1, 0.0, 0.0)),
+        # Too long ago, and a clock that was set back.
+        ((0.0, 0.03, 0.5), None),
+        ((0.0, 0.03, 0.02), None),
+        # At once: the place is the newest one, and nothing is known that was not before.
+        ((0.0, 0.03, 0.031), (0.1, 0.0, 0.0)),
+    ],
+)
+def test_only_places_of_late_tell_a_velocity(times, expected):
+    places = ToldPlaces()
+    found = [places.report((0.1 * time, 0.0, 0.3), time) for time in times][-1]
+    assert found == (None if expected is None else pytest.approx(expected))
+    assert places.place == (0.1 * times[-1], 0.0, 0.3)
+
+
+def test_after_a_jump_the_velocity_is_not_known_until_the_next_place():
+    places = ToldPlaces()
+    told = [
+        places.report((x, 0.0, 0.3), 0.03 * index)
+        for index, x in enumerate((0.0, 0.0, 0.0, 0.1, 0.1, 0.103, 0.106))
+    ]
+    assert told[1:5] == [STILL] * 4
+    assert told[6] == pytest.approx((0.1, 0.0, 0.0))
