@@ -135,21 +135,3 @@ def test_rotations_are_rotations_and_small_ones_are_the_cross_product():
         np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-14)
         np.testing.assert_allclose(turn @ vector, vector, atol=1e-14)
         assert np.trace(turn) == pytest.approx(1.0 + 2.0 * np.cos(size), abs=1e-12)
-
-
-def test_heights_change_by_the_one_equation_of_the_theory():
-    # f dz = sum of lambda_i ((a_i - p) da_i + s_i do_i - L_i dL_i): (3) of calibration_theory.md.
-    rng = np.random.default_rng(12)
-    for _ in range(20):
-        kinematics = TriGlide(random_geometry(rng, symmetric=False))
-        place = random_positions(kinematics, rng, 1, max_condition=6.0)
-        anchors = np.array(kinematics.geometry.anchors)
-        lengths = np.array(kinematics.geometry.arm_lengths)
-        weights = np.linalg.solve(np.vstack((anchors.T, np.ones(3))), [*place[0, :2], 1.0])
-        away = anchors - place[0, :2]
-        rises = np.sqrt(lengths**2 - (away**2).sum(axis=1))
-        expected = np.concatenate(
-            ((weights[:, None] * away).ravel(), -weights * lengths, weights * rises)
-        ) / (weights @ rises)
-        machine = MachineParameters(kinematics.geometry).vector
-        np.testing.assert_allclose(position_derivatives(machine, place)[0, 2], expected, atol=1e-10)

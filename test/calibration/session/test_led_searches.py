@@ -177,15 +177,6 @@ def test_a_stop_before_anything_moves_is_remembered(machine, stop, words):
     assert not machine.moves
 
 
-def test_a_stop_of_ik_node_ends_the_search(machine):
-    future = begin(machine)
-    machine.look_until_state(MOVING)
-    machine.controller.stop()
-    failure = machine.result_of(future).failure
-    assert re.search(f"did not end there: |{WAS_STOPPED}", failure)
-    machine.assert_nothing_moves_on()
-
-
 def test_a_stop_of_ik_node_between_two_moves_ends_the_search(machine):
     future = between_two_moves(machine)
     machine.controller.stop()
@@ -264,14 +255,6 @@ def test_a_target_of_somebody_else_takes_the_place_of_a_move(machine):
     machine.send_pose((0.0, 0.02, 0.3))
     assert "did not end there: " in machine.result_of(future).failure
     assert len(machine.moves) == 1
-
-
-def test_a_killed_ik_node_is_told(machine):
-    future = begin(machine)
-    machine.look_until_state(MOVING)
-    machine.is_alive = machine.is_ready = False
-    failure = machine.result_of(future).failure
-    assert "ik_node has told nothing on motion_state for 1 s" in failure
 
 
 def test_without_an_accelerometer_nothing_moves(machine):

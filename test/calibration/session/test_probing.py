@@ -6,7 +6,6 @@ import pytest
 
 from tri_glide_kinematics.calibration.session import (
     BACK_TOLERANCE,
-    LETTING_GO,
     LONGEST_STOP,
     MachineView,
     Probe,
@@ -92,32 +91,6 @@ def on_its_way_down():
     return platform
 
 
-def test_contact_ends_the_way_down_and_the_platform_goes_back():
-    platform = Platform(plate=0.046)
-    probe = platform.run()
-    assert probe.failure is None
-    # In the step in which the switch closed, 2 s after the platform set off.
-    expected = 1e9 + 102.0 + LETTING_GO
-    assert probe.contact_stamp == pytest.approx(expected, abs=3.0 * PERIOD)
-    assert probe.lowest == pytest.approx(0.046, abs=1.1 * PERIOD * SETTINGS.speed)
-    first = platform.commands.index(-0.002)
-    assert set(platform.commands[:first]) == {0.0}
-    stop = platform.commands.index(0.0, first)
-    assert set(platform.commands[first:stop]) == {-0.002}
-    assert all(command >= 0.0 for command in platform.commands[stop:])
-    assert platform.commands[-1] == 0.0
-    platform.assert_is_back()
-
-
-def test_without_contact_it_stops_at_the_depth_and_goes_back():
-    platform = Platform(plate=0.0)
-    probe = platform.run()
-    assert probe.failure == "no contact on 8 mm"
-    assert probe.contact_stamp is None
-    assert probe.lowest == pytest.approx(START[2] - SETTINGS.depth, abs=1e-4)
-    platform.assert_is_back()
-
-
 def test_a_dead_switch_ends_the_way_down():
     platform = on_its_way_down()
     platform.is_switch_dead = True
@@ -125,14 +98,6 @@ def test_a_dead_switch_ends_the_way_down():
     assert probe.failure == "nothing about the contact for 0.5 s"
     assert probe.lowest > 0.0475
     platform.assert_is_back()
-
-
-def test_a_switch_that_tells_of_changes_only_may_be_silent():
-    platform = Platform(plate=0.046, settings=ProbeSettings(0.002, 0.008, 0.0))
-    platform.is_switch_dead = True
-    platform.run_until(0.0465)
-    platform.is_switch_dead = False
-    assert platform.run().failure is None
 
 
 @pytest.mark.parametrize(
