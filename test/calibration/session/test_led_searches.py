@@ -125,11 +125,6 @@ def test_a_target_that_is_measured_elsewhere_is_arrived_at(machine):
     assert {goal.result.code for goal in machine.goals} == {GoalCode.NOT_REACHED}
 
 
-def test_samples_without_a_stamp_are_none(machine):
-    machine.stamps_samples = False
-    assert machine.result_of(begin(machine)).failure.startswith("0 samples ")
-
-
 def test_sliders_that_move_are_waited_for_and_then_told(machine):
     future, begun = begin(machine), machine.now
     machine.shake_until(future.done)
@@ -257,17 +252,18 @@ def test_a_target_of_somebody_else_takes_the_place_of_a_move(machine):
     assert len(machine.moves) == 1
 
 
-def test_without_an_accelerometer_nothing_moves(machine):
-    machine.feels = False
-    failure = machine.result_of(begin(machine)).failure
-    assert failure.startswith("0 samples with ascending stamps have come on /cell/imu/data_raw")
+@pytest.mark.parametrize(
+    ("lacks", "words"),
+    [
+        ("feels", "0 samples with ascending stamps have come on /cell/imu/data_raw"),
+        ("stamps_samples", "0 samples "),
+        ("measures_acceleration", "the sensor on imu/data_raw measures no accelerations"),
+    ],
+)
+def test_without_an_accelerometer_that_tells_all_a_search_says_so(machine, lacks, words):
+    setattr(machine, lacks, False)
+    assert machine.result_of(begin(machine)).failure.startswith(words)
     assert not machine.moves
-
-
-def test_a_sensor_that_measures_no_accelerations_says_so(machine):
-    machine.measures_acceleration = False
-    failure = machine.result_of(begin(machine)).failure
-    assert failure == "the sensor on imu/data_raw measures no accelerations"
 
 
 @pytest.mark.parametrize("delay", [1.5, -1.5])

@@ -16,6 +16,7 @@ from f_mechanism_samples import (
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from soak import many
 from strategies import nudged
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
@@ -103,7 +104,7 @@ def single_row(mechanism, crank_angle):
 
 def test_exact_folds_are_found_once():
     rng = np.random.default_rng(11)
-    for _ in range(150):
+    for _ in range(many(50)):
         # Three rods through one point: the platform can turn about it for an instant.
         joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
         places = pose[1] + np.exp(1j * pose[0]) * joints
@@ -123,7 +124,7 @@ def test_exact_folds_are_found_once():
 
 def test_degenerate_linear_system_keeps_both_positions():
     rng = np.random.default_rng(12)
-    for _ in range(150):
+    for _ in range(many(50)):
         joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
         z = np.exp(1j * pose[0])
         places = pose[1] + z * joints
@@ -151,7 +152,7 @@ def test_degenerate_linear_system_keeps_both_positions():
 
 def test_degenerate_linear_system_invents_nothing():
     rng = np.random.default_rng(13)
-    for _ in range(150):
+    for _ in range(many(50)):
         joints = random_points(rng, 3)
         angle = rng.uniform(-3.1, 3.1)
         pin_a, pin_b = random_points(rng, 2)

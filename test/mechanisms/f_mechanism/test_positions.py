@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from f_mechanism_samples import example_2, random_mechanism
+from soak import many
 
 
 def test_batch_equals_single_solutions():
     rng = np.random.default_rng(18)
-    for _ in range(60):
+    for _ in range(many(25)):
         mechanism = random_mechanism(rng, size=10.0 ** rng.uniform(-3, 3))
         angles = rng.uniform(-10.0, 10.0, 40)
         batch = mechanism.poses_batch(angles)

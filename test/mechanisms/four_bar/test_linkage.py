@@ -93,7 +93,7 @@ class TestPositions:
         rng = np.random.default_rng(7)
         velocity = np.array(1.0)
         rows = []
-        for index, lengths in enumerate(random_linkages(many(8_000), seed=5)):
+        for index, lengths in enumerate(random_linkages(many(4_000), seed=5)):
             linkage = LinkLengths(*lengths)
             angle = rng.uniform(-math.pi, math.pi)
             if index % 10 == 0:

@@ -176,7 +176,7 @@ def test_an_interrupted_run_leaves_older_pictures_alone(capsys, tmp_path, monkey
 
     def interrupt(movie, file, on_frame):
         file.write_text("half")
-        raise KeyboardInterrupt
+        signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr(picture_set, "save_movie", interrupt)
     arguments = (FOUR_BAR, "--output", tmp_path, "--animate", "--branch", 1)
@@ -187,28 +187,6 @@ def test_an_interrupted_run_leaves_older_pictures_alone(capsys, tmp_path, monkey
     assert older.read_text() == "older"
     assert {file.suffix for file in tmp_path.iterdir()} == {".png", ".gif"}
     assert drawing.save_movie is not interrupt
-
-
-@pytest.mark.slow
-def test_ctrl_c_ends_it_without_a_traceback(tmp_path):
-    arguments = [str(FOUR_BAR), "--output", str(tmp_path), "--animate", "--frames", "720"]
-    with subprocess.Popen(
-        [sys.executable, "-c", COMMAND, *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=ENVIRONMENT,
-    ) as process:
-        first = process.stderr.read(1)
-        while first[-1:] not in ("%", ""):
-            first += process.stderr.read(1)
-        assert first.endswith("%")  # of the progress bar: it is drawing now
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=30)
-    assert process.returncode == 130
-    assert "Traceback" not in err and err.splitlines()[-1] == "draw_mechanism: interrupted"
-    assert out == ""
-    assert not [file for file in tmp_path.iterdir() if file.suffix != ".png"]
 
 
 def test_an_installed_mechanism_is_found_by_its_name(tmp_path, monkeypatch):

@@ -158,18 +158,6 @@ def test_another_position_is_followed_and_turning_points_are_marked(screen):
     screen.text_appears("169.6°")
 
 
-def test_a_crank_that_turns_by_itself_is_seen_to_turn(screen):
-    screen.choose("f_mechanism_example_2")
-    before = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 1000, "the drawing")
-    screen.page.click(PLAYS)
-    screen.wait_for_pixels(
-        lambda now: (np.abs(now - before).max(axis=2) > 60).sum() > 1500,
-        "a turning crank",
-    )
-    screen.page.click(PLAYS)
-    screen.rig.wait_for(lambda: not screen.rig.tab.plays.value, "the crank to stop")
-
-
 def test_curves_are_drawn_and_go_on(screen):
     canvas = "document.querySelector('.uplot canvas')"
     screen.wait_for(canvas, "a plot")
