@@ -37,16 +37,6 @@ def positions_all_over(machine, rng, frame="base", levels=(0.0, 0.1)):
     return [machine.position(place, rng, frame) for place in places]
 
 
-def test_positions_find_the_whole_machine():
-    machine, rng = drawn(1)
-    for priors in (WRONG_BY, None):
-        result = calibrate(GEOMETRY, positions=positions_all_over(machine, rng), priors=priors)
-        errors = machine.errors(result.machine)
-        assert np.abs(errors).max() < 1e-4 < np.abs(machine.errors(NOMINAL)).max()
-        assert not FREE & set(result.unidentified)
-        assert result.outliers == ()
-
-
 def test_a_machine_with_unequal_arms_is_found_from_an_equally_unequal_drawing():
     rng = np.random.default_rng(2)
     drawing = MachineParameters(
