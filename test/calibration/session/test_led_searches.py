@@ -6,7 +6,6 @@ import re
 from dataclasses import replace
 
 import pytest
-from controller_rig import MACHINE
 from led_machine import LedMachine
 
 from tri_glide_kinematics.calibration.ringdown import combine_modes, find_modes
@@ -280,11 +279,3 @@ def test_heights_by_another_clock_do_not_matter_to_a_search_by_an_accelerometer(
     future = between_two_moves(machine)
     machine.stamp_error = 5.0
     assert machine.result_of(future).failure is None
-
-
-def test_while_it_moves_nobody_else_is_let(machine):
-    future = begin(machine)
-    machine.look_until_state(MOVING)
-    assert machine.failure_of(begin(machine)) == "a search for modes is under way"
-    assert machine.result_of(future).failure is None
-    assert machine.heights == pytest.approx(MACHINE.inverse(PLACE), abs=1e-6)

@@ -14,8 +14,6 @@ from f_mechanism_samples import (
     random_points,
     rod_gaps,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from soak import many
 from strategies import nudged
 
@@ -330,60 +328,6 @@ def test_singularity_is_the_determinant_of_the_rod_lines():
             assert pose.singularity == pytest.approx(np.linalg.det(lines), abs=1e-9)
             checked += 1
     assert checked > 200
-
-
-def test_joints_are_where_the_platform_carries_them():
-    mechanism = example_2()
-    angles = np.radians(np.arange(0.0, 360.0, 7.0))
-    batch = mechanism.poses_batch(angles)
-    joints, pins = batch.platform_joints(), batch.crank_pins()
-    for row, crank_angle in enumerate(angles):
-        poses = mechanism.poses(crank_angle)
-        assert batch.counts[row] == len(poses)
-        for slot, pose in enumerate(poses):
-            assert pose.platform_joints == pytest.approx(joints[row, slot], abs=1e-9)
-            assert pose.crank_pins == pytest.approx(pins[row], abs=1e-9)
-            corners = [(j.real, j.imag) for j in mechanism.linkage.joints]
-            assert [pose.point(c) for c in corners] == [
-                pytest.approx(j, abs=1e-9) for j in pose.platform_joints
-            ]
-
-
-@given(st.floats(-3.0, 3.0), st.floats(-100.0, 100.0), st.floats(-100.0, 100.0), st.floats(0, 6.3))
-@settings(derandomize=True, max_examples=60, deadline=None)
-def test_moving_the_whole_mechanism_changes_nothing(turn, x, y, crank_angle):
-    plain = example_2()
-    linkage = plain.linkage
-    # Turning the frame turns cranks too: crank A must start at `turn`, so phases shift.
-    base = np.array(linkage.pivots) * np.exp(1j * turn) + complex(x, y)
-    moved = FMechanism(
-        np.column_stack([base.real, base.imag]),
-        linkage.cranks,
-        linkage.rods,
-        [(j.real, j.imag) for j in linkage.joints],
-        plain.phase_b + 2.0 * turn,
-        plain.phase_c,
-        counter_rotating=True,
-    )
-    expected = sorted(
-        math.remainder(pose.angle + turn, 2.0 * math.pi) for pose in plain.poses(crank_angle)
-    )
-    found = sorted(
-        math.remainder(pose.angle, 2.0 * math.pi) for pose in moved.poses(crank_angle + turn)
-    )
-    if all(abs(abs(angle) - math.pi) > 1e-6 for angle in expected):
-        assert found == pytest.approx(expected, abs=1e-6)
-
-
-def test_phases():
-    mechanism = example_2()
-    changed = mechanism.with_phases(0.4, -0.2)
-    assert (changed.phase_b, changed.phase_c) == (0.4, -0.2)
-    assert changed.counter_rotating
-    assert changed.size == mechanism.size
-    assert mechanism.phase_b == math.radians(243.0)
-    direct = example_2(phase_b=0.4).with_phases(0.4, -0.2)
-    assert changed.poses(1.0) == direct.poses(1.0)
 
 
 GOOD = {

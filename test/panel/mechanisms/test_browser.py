@@ -25,7 +25,6 @@ pytestmark = [
 SAME = 25  # of 255, between a colour and one that counts as it
 SCENE_WIDTH = 950  # pixels, of a wide window; beside it are the controls
 LIMITS = CurveLimits((0.3,) * 3, (0.9,) * 3, (1.0,) * 3, (10.0,) * 3)
-PLAYS = "[...document.querySelectorAll('input[type=checkbox]')].find((e) => e.offsetWidth)"
 CHOICE = "[...document.querySelectorAll('input')].find((e) => e.offsetWidth > 100)"
 
 
