@@ -168,14 +168,6 @@ def test_curves_are_drawn_and_go_on(screen):
     assert count == 3
 
 
-def test_none_gives_the_view_back(screen):
-    screen.page.evaluate(f"{CHOICE}.scrollIntoView()")
-    screen.choose("f_mechanism_example_2")
-    screen.wait_for_pixels(lambda now: len(places(now, GREEN)) > 150, "the drawing")
-    screen.choose("none")
-    screen.wait_for_pixels(lambda now: len(places(now, GREEN)) < 50, "an empty scene")
-
-
 @pytest.fixture
 def phone(screen):
     """Return the page as it is on a phone."""
