@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from soak import many
 from strategies import nudged
 
 from testing.wrong_machines import (
@@ -128,7 +129,7 @@ def test_last_bits_of_the_data_change_no_word():
     machine, rng = drawn(6)
     touches, distances = machine.touches(rng), machine.one_distance(rng)
     result = calibrate(GEOMETRY, touches, (), distances)
-    for _ in range(5):
+    for _ in range(many(3)):
         nearby = [Touch(tuple(nudged(rng, one.heights)), one.plate, TOUCH) for one in touches]
         again = calibrate(GEOMETRY, nearby, (), distances)
         assert again.unidentified == result.unidentified

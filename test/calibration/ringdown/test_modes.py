@@ -106,7 +106,7 @@ def test_it_says_why_nothing_is_known(recording, reason):
     assert np.isfinite(found.fit).all()
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(many(2)))
 def test_a_random_walk_has_no_mode(seed):
     walk = np.cumsum(np.random.default_rng(seed).normal(0.0, 1e-5, 1000))
     found = find_modes(recorded(walk))
@@ -227,7 +227,7 @@ def test_a_multiple_of_the_frequency_is_no_mode():
         assert len(both.modes) == 2
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(many(2)))
 def test_a_spring_that_stiffens_is_no_second_mode(seed):
     """Integrated by itself: x'' = -2 d w x' - w^2 x (1 + b x^2), in units of the first swing."""
     rng = np.random.default_rng(seed)

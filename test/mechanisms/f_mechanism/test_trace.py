@@ -15,6 +15,7 @@ from f_mechanism_samples import (
     random_mechanism,
     random_points,
 )
+from soak import many
 from strategies import nudged
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
@@ -289,7 +290,7 @@ def test_from_a_turning_point_one_and_the_same_side_is_followed():
     mechanism = example_2()
     for event in mechanism.overview(36).branches[0].turning_points:
         seen = set()
-        for crank_angle in nudged(rng, [event.crank_angle] * 12).tolist():
+        for crank_angle in nudged(rng, [event.crank_angle] * many(6)).tolist():
             poses = mechanism.poses(crank_angle)
             pose = min(poses, key=lambda p: turn_difference(p.angle, event.pose.angle))
             for through in (False, True):
