@@ -45,14 +45,6 @@ def test_positions_change_as_finite_differences_say(symmetric):
             )
 
 
-def test_errors_of_a_position_do_not_depend_on_its_height():
-    low, high = np.array([[0.03, -0.05, 0.0]]), np.array([[0.03, -0.05, 0.4]])
-    machine = NOMINAL.vector
-    np.testing.assert_array_equal(
-        position_derivatives(machine, low), position_derivatives(machine, high)
-    )
-
-
 def measurements_of_all_kinds():
     """Return some, with plates and frames known and not, not exactly of the nominal machine."""
     rng = np.random.default_rng(5)
@@ -112,13 +104,6 @@ def test_residuals_are_predicted_minus_measured_by_their_standard_deviations():
     model = MeasurementModel(some, Unknowns.of(some))
     residuals, _ = model.equations(State(NOMINAL.vector, {"bed": np.array([0.09, 0, 0])}, {}))
     np.testing.assert_allclose(residuals, [1.0, 1.0, -1.0, 0.0, 2.0], atol=1e-9)
-
-
-def test_offsets_are_added_to_reported_heights():
-    heights = np.array([[0.6, 0.6, 0.6]])
-    machine = NOMINAL.vector
-    higher = positions_of(machine + np.repeat([0.0, 0.01], [9, 3]), heights)
-    np.testing.assert_allclose(higher - positions_of(machine, heights), [[0.0, 0.0, 0.01]])
 
 
 def test_a_machine_that_cannot_be_reaches_nothing():
