@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import f_mechanism_samples
 import numpy as np
 
 from tri_glide_interfaces.msg import CrankSweep, FMechanism, FourBar, LandingGear, Point2
@@ -18,17 +19,23 @@ def textbook():
     return FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0)
 
 
+def message_of(mechanism):
+    """Return the message that describes an F-mechanism of the library."""
+    linkage = mechanism.linkage
+    return FMechanism(
+        base=[Point2(x=p.real, y=p.imag) for p in linkage.pivots],
+        crank_lengths=linkage.cranks,
+        rod_lengths=linkage.rods,
+        platform=[Point2(x=p.real, y=p.imag) for p in linkage.joints],
+        phase_b=mechanism.phase_b,
+        phase_c=mechanism.phase_c,
+        counter_rotating=mechanism.counter_rotating,
+    )
+
+
 def example_2(**changes):
     """Source 001, example 2."""
-    message = FMechanism(
-        base=[Point2(x=x, y=y) for x, y in ((0.0, 0.0), (52.5, 8.0), (40.0, 99.0))],
-        crank_lengths=[19.0, 14.0, 16.0],
-        rod_lengths=[35.0, 34.0, 54.0],
-        platform=[Point2(x=x, y=y) for x, y in ((0.0, 0.0), (40.0, 18.0), (-7.0, 28.0))],
-        phase_b=math.radians(243.0),
-        phase_c=math.radians(-15.0),
-        counter_rotating=True,
-    )
+    message = message_of(f_mechanism_samples.example_2())
     for name, value in changes.items():
         setattr(message, name, value)
     return message
@@ -61,11 +68,26 @@ def ask(fill, kind, **fields):
     return response
 
 
-def columns(response):
-    """All columns of a trace by name."""
+def assert_columns(response, scalars, places):
+    """Check that a trace has these columns and no others; places have one for x and one for y."""
+    expected = dict(scalars)
+    for name, place in places.items():
+        expected[f"{name}_x"], expected[f"{name}_y"] = place.T
     kinds = response.get_fields_and_field_types()
-    return {
-        name: np.array(getattr(response, name))
-        for name, kind in kinds.items()
-        if kind == "sequence<double>"
-    }
+    assert set(expected) == {name for name, kind in kinds.items() if kind == "sequence<double>"}
+    for name, column in expected.items():
+        np.testing.assert_array_equal(getattr(response, name), column, err_msg=name)
+
+
+def assert_message(message, expected):
+    """Check all fields of a message."""
+    assert set(message.get_fields_and_field_types()) == set(expected)
+    for name, value in expected.items():
+        np.testing.assert_array_equal(plain(getattr(message, name)), value, err_msg=name)
+
+
+def plain(value):
+    """Points as pairs of numbers, all else as it is."""
+    if isinstance(value, Point2):
+        return value.x, value.y
+    return [plain(each) for each in value] if isinstance(value, list) else value

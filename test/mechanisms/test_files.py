@@ -11,58 +11,37 @@ from f_mechanism_samples import example_1, example_2
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms import MechanismFileError
-from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.files import load_mechanism
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
-from tri_glide_kinematics.mechanisms.landing_gear import LandingGear, LandingGearMotion
+from tri_glide_kinematics.mechanisms.landing_gear import LandingGearMotion
 
 CONFIG = Path(__file__).parents[2] / "config"
 MM = 1e-3
 
 
-def test_every_mechanism_in_config_can_be_loaded():
-    kinds = {
-        path.name: type(load_mechanism(path).mechanism)
-        for path in CONFIG.glob("*.yaml")
-        if path.name.startswith(("f_mechanism", "four_bar", "landing_gear"))
-    }
-    assert len(kinds) == 5
-    for name, kind in kinds.items():
-        prefix = {FMechanism: "f_mechanism", LandingGear: "landing_gear"}.get(kind, "four_bar")
-        assert name.startswith(prefix)
+@pytest.mark.parametrize(
+    ("name", "expected", "point"),
+    [
+        ("four_bar_textbook", FourBar(0.02, 0.07, 0.09, 0.06), (0.035, 0.02)),
+        (
+            "four_bar_sheet",
+            # Source 002.
+            FourBar.from_joints(
+                (0.0, 0.0), (0.065183, 0.045552), (0.028332, 0.046047), (-0.074783, 0.004195)
+            ),
+            (0.018427, 0.0),
+        ),
+    ],
+)
+def test_four_bars_of_the_sources(name, expected, point):
+    read = load_mechanism(CONFIG / f"{name}.yaml")
+    assert read.mechanism == expected
+    assert read.coupler_point == point
 
 
-def test_textbook_four_bar():
-    read = load_mechanism(CONFIG / "four_bar_textbook.yaml")
-    first, second = read.mechanism.solve(math.radians(30.0), 10.0)
-    assert read.coupler_point == (0.035, 0.02)
-    assert np.degrees(first.coupler_angle) == pytest.approx(88.837241, abs=5e-7)
-    assert np.degrees(second.rocker_angle) == pytest.approx(-143.659639, abs=5e-7)
-
-
-def test_sheet_four_bar():
-    linkage = load_mechanism(CONFIG / "four_bar_sheet.yaml").mechanism
-    lengths = linkage.ground, linkage.crank, linkage.coupler, linkage.rocker
-    assert np.allclose(np.array(lengths) / MM, (74.901, 79.522, 36.854, 111.285), atol=5e-4, rtol=0)
-    # The sheet turns the crank to 37.964 deg; its links keep their order there.
-    pose = linkage.pose(math.radians(37.964), linkage.assembled_branch)
-    assert np.allclose(np.array(pose.crank_pin) / MM, (62.695, 48.919), atol=5e-4, rtol=0)
-    assert np.allclose(np.array(pose.rocker_pin) / MM, (25.933, 51.529), atol=5e-4, rtol=0)
-
-
-def test_f_mechanism_example_1():
-    read = load_mechanism(CONFIG / "f_mechanism_example_1.yaml").mechanism
-    assert_same(read, example_1())
-
-
-def test_f_mechanism_example_2():
-    read = load_mechanism(CONFIG / "f_mechanism_example_2.yaml").mechanism
-    assert_same(read, example_2())
-    angles = [math.degrees(pose.angle) for pose in read.poses(math.radians(146.0))]
-    assert angles == pytest.approx([-75.688, -55.562, -18.443, -0.982], abs=5e-4)
-
-
-def assert_same(read, in_mm):
+@pytest.mark.parametrize(("number", "in_mm"), [(1, example_1()), (2, example_2())])
+def test_f_mechanisms_of_the_source(number, in_mm):
+    read = load_mechanism(CONFIG / f"f_mechanism_example_{number}.yaml").mechanism
     for field in ("pivots", "cranks", "rods", "joints"):
         expected = np.array(getattr(in_mm.linkage, field)) * MM
         assert np.allclose(getattr(read.linkage, field), expected, rtol=0.0, atol=1e-15)

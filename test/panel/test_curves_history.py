@@ -147,7 +147,3 @@ def test_samples_without_a_meaning_are_left_out():
     assert np.isfinite(values[:, -1]).all()
     history.advance(40.0)
     assert np.isnan(history.values()).all()
-
-
-def test_a_silent_sensor_has_no_swing():
-    assert np.isnan(SwingHistory().values()).all()

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.description import Parts
-from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.panel.machine_scene import Quaternion, arm_turn, rod_pair, skin
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits, edge_rings
 
 UNEQUAL = TriGlideGeometry([[0.0, 0.21], [-0.17, -0.1], [0.19, -0.09]], [0.4, 0.42, 0.38])
 
@@ -68,11 +66,3 @@ def test_a_skin_is_closed_and_looks_outwards() -> None:
     assert volume(vertices, faces) == pytest.approx(2.0 * np.pi, rel=0.01)
     edges = {(a, b) for face in faces.tolist() for a, b in zip(face, face[1:] + face[:1])}
     assert edges == {(b, a) for a, b in edges}
-
-
-def test_the_skin_of_a_workspace_holds_what_is_inside() -> None:
-    limits = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
-    rings = at_once(edge_rings(Workspace(TriGlide(DEFAULT_GEOMETRY), limits)))
-    assert rings.shape[2] == 3
-    vertices, faces = skin(rings)
-    assert volume(vertices, faces) > 0.005

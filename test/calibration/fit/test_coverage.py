@@ -12,13 +12,10 @@ from benchmarks.calibration_coverage import CASES, changed, coverage, seven_touc
 from testing.wrong_machines import NOMINAL, RADIUS, TOUCH, WRONG_BY, drawn, ring
 from tri_glide_kinematics.calibration.fit import (
     MachineParameters,
-    MeasurementFile,
     Plate,
     Priors,
     Touch,
     calibrate,
-    load_measurements,
-    save_measurements,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
 
@@ -69,12 +66,6 @@ def test_what_is_common_is_a_prior_of_its_own():
     arms = np.repeat([0.0, 1.0, 0.0], [6, 3, 3]) / np.sqrt(3.0)
     assert arms @ covariance @ arms == pytest.approx(25e-8 + 3.0 * 9e-6)
     assert np.sqrt(np.diag(covariance))[9:] == pytest.approx([2e-3] * 3)
-
-
-def test_files_keep_what_is_common(tmp_path):
-    content = MeasurementFile(priors=Priors(common_radius=0.0, common_arm_length=3e-3))
-    save_measurements(tmp_path / "some.yaml", content)
-    assert load_measurements(tmp_path / "some.yaml").priors == content.priors
 
 
 def bowed(rng, nominal):

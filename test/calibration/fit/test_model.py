@@ -45,14 +45,6 @@ def test_positions_change_as_finite_differences_say(symmetric):
             )
 
 
-def test_errors_of_a_position_do_not_depend_on_its_height():
-    low, high = np.array([[0.03, -0.05, 0.0]]), np.array([[0.03, -0.05, 0.4]])
-    machine = NOMINAL.vector
-    np.testing.assert_array_equal(
-        position_derivatives(machine, low), position_derivatives(machine, high)
-    )
-
-
 def measurements_of_all_kinds():
     """Return some, with plates and frames known and not, not exactly of the nominal machine."""
     rng = np.random.default_rng(5)
@@ -114,13 +106,6 @@ def test_residuals_are_predicted_minus_measured_by_their_standard_deviations():
     np.testing.assert_allclose(residuals, [1.0, 1.0, -1.0, 0.0, 2.0], atol=1e-9)
 
 
-def test_offsets_are_added_to_reported_heights():
-    heights = np.array([[0.6, 0.6, 0.6]])
-    machine = NOMINAL.vector
-    higher = positions_of(machine + np.repeat([0.0, 0.01], [9, 3]), heights)
-    np.testing.assert_allclose(higher - positions_of(machine, heights), [[0.0, 0.0, 0.01]])
-
-
 def test_a_machine_that_cannot_be_reaches_nothing():
     assert np.isnan(positions_of(np.zeros(12), np.full((2, 3), 0.6))).all()
     assert np.isnan(positions_of(NOMINAL.vector, np.array([[0.1, 0.9, 0.9]]))).all()
@@ -135,21 +120,3 @@ def test_rotations_are_rotations_and_small_ones_are_the_cross_product():
         np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-14)
         np.testing.assert_allclose(turn @ vector, vector, atol=1e-14)
         assert np.trace(turn) == pytest.approx(1.0 + 2.0 * np.cos(size), abs=1e-12)
-
-
-def test_heights_change_by_the_one_equation_of_the_theory():
-    # f dz = sum of lambda_i ((a_i - p) da_i + s_i do_i - L_i dL_i): (3) of calibration_theory.md.
-    rng = np.random.default_rng(12)
-    for _ in range(20):
-        kinematics = TriGlide(random_geometry(rng, symmetric=False))
-        place = random_positions(kinematics, rng, 1, max_condition=6.0)
-        anchors = np.array(kinematics.geometry.anchors)
-        lengths = np.array(kinematics.geometry.arm_lengths)
-        weights = np.linalg.solve(np.vstack((anchors.T, np.ones(3))), [*place[0, :2], 1.0])
-        away = anchors - place[0, :2]
-        rises = np.sqrt(lengths**2 - (away**2).sum(axis=1))
-        expected = np.concatenate(
-            ((weights[:, None] * away).ravel(), -weights * lengths, weights * rises)
-        ) / (weights @ rises)
-        machine = MachineParameters(kinematics.geometry).vector
-        np.testing.assert_allclose(position_derivatives(machine, place)[0, 2], expected, atol=1e-10)

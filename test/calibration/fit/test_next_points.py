@@ -23,7 +23,6 @@ from tri_glide_kinematics.calibration.fit import (
 )
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
 
 GEOMETRY = NOMINAL.geometry
 ALL = {"touch": TOUCH, "position": POSITION, "distance": DISTANCE}
@@ -74,21 +73,6 @@ def test_the_heights_that_are_proposed_lead_to_the_place(start):
         for reported, place in zip(heights, one.places):
             true = np.add(reported, result.height_offsets)
             assert kinematics.forward(true) == pytest.approx(place, abs=1e-9)
-
-
-def test_all_places_lie_inside_the_workspace(start):
-    cylinder = Cylinder(0.02, 0.0, 0.06, -0.01, 0.3)
-    limits = WorkspaceLimits((0.2,) * 3, (0.9,) * 3, 0.005, 10.0, cylinder=cylinder)
-    workspace = Workspace(TriGlide(start[2].geometry), limits)
-    proposals = start[2].next_points(10, kinds=ALL, workspace=workspace)
-    assert len(proposals) == 10
-    for one in proposals:
-        for place in one.places:
-            workspace.check_position(place)
-    high = WorkspaceLimits((0.5,) * 3, (0.9,) * 3, 0.005, 10.0)
-    nowhere = Workspace(TriGlide(start[2].geometry), high)
-    # The sliders' travel ends above the plate.
-    assert start[2].next_points(3, kinds={"touch": TOUCH}, workspace=nowhere) == ()
 
 
 @pytest.mark.parametrize("kinds", [{"touch": TOUCH}, {"touch": TOUCH, "distance": DISTANCE}])

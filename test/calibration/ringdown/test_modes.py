@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from soak import some
+from soak import many, some
 
 from benchmarks.ringdown import ACCELERATIONS, NEAR, POSITIONS, WIDE, tally
 from testing.swings import NOISE, Measuring
@@ -16,7 +16,7 @@ from tri_glide_kinematics.calibration.ringdown import NotKnown, Recording, find_
 from tri_glide_kinematics.motion.shaping import Mode
 
 TIMES = np.arange(1000) / 500.0
-COUNT = len(some(range(10), 4))
+COUNT = len(some(range(10), 3))
 
 
 def swing(
@@ -48,7 +48,7 @@ def test_two_modes_are_found_as_exactly_as_is_said(measuring, ratios):
         assert found.exact >= 0.95 * COUNT
 
 
-@settings(derandomize=True, deadline=None, max_examples=10)
+@settings(derandomize=True, deadline=None, max_examples=many(6))
 @given(
     st.floats(8.0, 60.0),
     st.floats(0.005, 0.15),
@@ -106,7 +106,7 @@ def test_it_says_why_nothing_is_known(recording, reason):
     assert np.isfinite(found.fit).all()
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(many(2)))
 def test_a_random_walk_has_no_mode(seed):
     walk = np.cumsum(np.random.default_rng(seed).normal(0.0, 1e-5, 1000))
     found = find_modes(recorded(walk))
@@ -227,7 +227,7 @@ def test_a_multiple_of_the_frequency_is_no_mode():
         assert len(both.modes) == 2
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(many(2)))
 def test_a_spring_that_stiffens_is_no_second_mode(seed):
     """Integrated by itself: x'' = -2 d w x' - w^2 x (1 + b x^2), in units of the first swing."""
     rng = np.random.default_rng(seed)

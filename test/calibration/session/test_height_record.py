@@ -30,12 +30,6 @@ def test_resting_heights_are_a_mean():
     assert record.resting(end) == pytest.approx((0.6, 0.5, 0.4), abs=2e-7)
 
 
-def test_moving_sliders_are_named():
-    record, end = record_of(falling)
-    with pytest.raises(RecordingError, match=r"slider 1 moves: by 0.00198 m in the last 0.2 s"):
-        record.resting(end)
-
-
 @pytest.mark.parametrize("count", [0, 2, 50])
 def test_too_few_are_told(count):
     record, end = record_of(lambda now: (0.6, 0.6, 0.6), count)

@@ -10,20 +10,9 @@ from tri_glide_kinematics.calibration.session import (
     Delivery,
     Leading,
     LeadingError,
-    RecordingError,
 )
-from tri_glide_kinematics.control import IDLE, WAS_STOPPED, Cause
 
 HEIGHTS = (0.6, 0.61, 0.62)
-PERIOD = 0.01
-
-
-def measure(leading, begin, end, heights=HEIGHTS):
-    """Measure evenly, and look after each measurement."""
-    for cycle in range(round(begin / PERIOD), round(end / PERIOD)):
-        now = cycle * PERIOD
-        leading.measured(heights, now + 1e9, Delivery(now + 1e9, now + 1e9, now))
-        leading.look(now)
 
 
 def begun(leading, course):
@@ -58,20 +47,6 @@ def test_courses_go_on_side_by_side_and_one_that_fails_holds_up_nobody():
     assert [futures[0].result(), futures[2].result()] == ["a", "b"]
 
 
-def test_who_asks_for_rest_waits_for_a_second_at_most():
-    leading = Leading()
-    future = begun(leading, leading.resting_heights())
-    measure(leading, 0.0, 0.3)
-    assert future.result() == pytest.approx(HEIGHTS)
-    leading.look(1.0)
-    future = begun(leading, leading.resting_heights())
-    leading.look(1.9)
-    assert not future.done()
-    leading.look(2.1)
-    with pytest.raises(RecordingError, match=r"0 measured heights in the last 0\.2 s"):
-        future.result()
-
-
 @pytest.mark.parametrize(("error", "stamp"), [(0.05, 7.05), (-0.2, 7.0), (1e9, 7.0)])
 def test_a_stamp_by_another_clock_is_none(error, stamp):
     leading = Leading()
@@ -97,21 +72,6 @@ def test_one_that_breaks_leads_no_more():
     begun(leading, leading.lead(failing(ZeroDivisionError("x")), "a dance", lambda reason: None))
     leading.look(1.0)
     leading.check_free()
-
-
-def test_who_has_waited_learns_of_a_stop_meanwhile():
-    leading = Leading()
-    before = leading.stops
-    leading.check_not_stopped(before)
-    leading.machine = leading.machine.__class__(IDLE, Cause.COMMAND, "stopped", 3)
-    with pytest.raises(LeadingError, match=WAS_STOPPED):
-        leading.check_not_stopped(before)
-    leading.stop()
-    with pytest.raises(LeadingError, match="stop was asked for"):
-        leading.check_not_stopped(before)
-    leading.end("the node ends")
-    with pytest.raises(LeadingError, match="the node ends"):
-        leading.check_not_stopped(leading.stops)
 
 
 def test_what_was_not_heard_is_not_idle():

@@ -6,7 +6,6 @@ import re
 from dataclasses import replace
 
 import pytest
-from controller_rig import MACHINE
 from led_machine import LedMachine
 
 from tri_glide_kinematics.calibration.ringdown import combine_modes, find_modes
@@ -125,11 +124,6 @@ def test_a_target_that_is_measured_elsewhere_is_arrived_at(machine):
     assert {goal.result.code for goal in machine.goals} == {GoalCode.NOT_REACHED}
 
 
-def test_samples_without_a_stamp_are_none(machine):
-    machine.stamps_samples = False
-    assert machine.result_of(begin(machine)).failure.startswith("0 samples ")
-
-
 def test_sliders_that_move_are_waited_for_and_then_told(machine):
     future, begun = begin(machine), machine.now
     machine.shake_until(future.done)
@@ -175,15 +169,6 @@ def test_a_stop_before_anything_moves_is_remembered(machine, stop, words):
     stop(machine)
     assert machine.failure_of(future) == words
     assert not machine.moves
-
-
-def test_a_stop_of_ik_node_ends_the_search(machine):
-    future = begin(machine)
-    machine.look_until_state(MOVING)
-    machine.controller.stop()
-    failure = machine.result_of(future).failure
-    assert re.search(f"did not end there: |{WAS_STOPPED}", failure)
-    machine.assert_nothing_moves_on()
 
 
 def test_a_stop_of_ik_node_between_two_moves_ends_the_search(machine):
@@ -266,25 +251,18 @@ def test_a_target_of_somebody_else_takes_the_place_of_a_move(machine):
     assert len(machine.moves) == 1
 
 
-def test_a_killed_ik_node_is_told(machine):
-    future = begin(machine)
-    machine.look_until_state(MOVING)
-    machine.is_alive = machine.is_ready = False
-    failure = machine.result_of(future).failure
-    assert "ik_node has told nothing on motion_state for 1 s" in failure
-
-
-def test_without_an_accelerometer_nothing_moves(machine):
-    machine.feels = False
-    failure = machine.result_of(begin(machine)).failure
-    assert failure.startswith("0 samples with ascending stamps have come on /cell/imu/data_raw")
+@pytest.mark.parametrize(
+    ("lacks", "words"),
+    [
+        ("feels", "0 samples with ascending stamps have come on /cell/imu/data_raw"),
+        ("stamps_samples", "0 samples "),
+        ("measures_acceleration", "the sensor on imu/data_raw measures no accelerations"),
+    ],
+)
+def test_without_an_accelerometer_that_tells_all_a_search_says_so(machine, lacks, words):
+    setattr(machine, lacks, False)
+    assert machine.result_of(begin(machine)).failure.startswith(words)
     assert not machine.moves
-
-
-def test_a_sensor_that_measures_no_accelerations_says_so(machine):
-    machine.measures_acceleration = False
-    failure = machine.result_of(begin(machine)).failure
-    assert failure == "the sensor on imu/data_raw measures no accelerations"
 
 
 @pytest.mark.parametrize("delay", [1.5, -1.5])
@@ -301,11 +279,3 @@ def test_heights_by_another_clock_do_not_matter_to_a_search_by_an_accelerometer(
     future = between_two_moves(machine)
     machine.stamp_error = 5.0
     assert machine.result_of(future).failure is None
-
-
-def test_while_it_moves_nobody_else_is_let(machine):
-    future = begin(machine)
-    machine.look_until_state(MOVING)
-    assert machine.failure_of(begin(machine)) == "a search for modes is under way"
-    assert machine.result_of(future).failure is None
-    assert machine.heights == pytest.approx(MACHINE.inverse(PLACE), abs=1e-6)

@@ -6,7 +6,6 @@ import pytest
 
 from tri_glide_kinematics.calibration.session import (
     BACK_TOLERANCE,
-    LETTING_GO,
     LONGEST_STOP,
     MachineView,
     Probe,
@@ -92,47 +91,25 @@ def on_its_way_down():
     return platform
 
 
-def test_contact_ends_the_way_down_and_the_platform_goes_back():
-    platform = Platform(plate=0.046)
-    probe = platform.run()
-    assert probe.failure is None
-    # In the step in which the switch closed, 2 s after the platform set off.
-    expected = 1e9 + 102.0 + LETTING_GO
-    assert probe.contact_stamp == pytest.approx(expected, abs=3.0 * PERIOD)
-    assert probe.lowest == pytest.approx(0.046, abs=1.1 * PERIOD * SETTINGS.speed)
-    first = platform.commands.index(-0.002)
-    assert set(platform.commands[:first]) == {0.0}
-    stop = platform.commands.index(0.0, first)
-    assert set(platform.commands[first:stop]) == {-0.002}
-    assert all(command >= 0.0 for command in platform.commands[stop:])
-    assert platform.commands[-1] == 0.0
-    platform.assert_is_back()
-
-
-def test_without_contact_it_stops_at_the_depth_and_goes_back():
-    platform = Platform(plate=0.0)
-    probe = platform.run()
-    assert probe.failure == "no contact on 8 mm"
-    assert probe.contact_stamp is None
-    assert probe.lowest == pytest.approx(START[2] - SETTINGS.depth, abs=1e-4)
-    platform.assert_is_back()
-
-
-def test_a_dead_switch_ends_the_way_down():
+@pytest.mark.parametrize(
+    ("wrong", "words", "goes_back"),
+    [
+        ({"is_switch_dead": True}, "nothing about the contact for 0.5 s", True),
+        ({"is_silent": True}, "no measured heights for 0.5 s", False),
+        ({"is_stuck": True, "speed": 0.0}, "does not go down", True),
+        ({"drift": 0.01}, "away from its way down: somebody else leads it", False),
+    ],
+)
+def test_what_goes_wrong_on_the_way_down_ends_it(wrong, words, goes_back):
     platform = on_its_way_down()
-    platform.is_switch_dead = True
+    platform.plate = 0.0
+    vars(platform).update(wrong)
     probe = platform.run()
-    assert probe.failure == "nothing about the contact for 0.5 s"
+    assert words in probe.failure
     assert probe.lowest > 0.0475
-    platform.assert_is_back()
-
-
-def test_a_switch_that_tells_of_changes_only_may_be_silent():
-    platform = Platform(plate=0.046, settings=ProbeSettings(0.002, 0.008, 0.0))
-    platform.is_switch_dead = True
-    platform.run_until(0.0465)
-    platform.is_switch_dead = False
-    assert platform.run().failure is None
+    assert any(command > 0.0 for command in platform.commands) is goes_back
+    if platform.is_switch_dead:
+        platform.assert_is_back()
 
 
 @pytest.mark.parametrize(
@@ -184,26 +161,6 @@ def test_a_stop_that_a_late_twist_made_goes_on(state):
     assert platform.run().failure is None
 
 
-def test_a_platform_that_leaves_its_way_down_is_led_by_somebody_else():
-    platform = Platform(plate=0.0)
-    platform.drift = 0.01
-    probe = platform.run()
-    assert "away from its way down: somebody else leads it" in probe.failure
-    assert not any(command > 0.0 for command in platform.commands)
-
-
-def test_a_platform_that_is_held_is_told():
-    platform = Platform(plate=0.0)
-    platform.is_stuck = True
-    assert "does not go down" in platform.run().failure
-
-
-def test_silent_measurements_end_it_at_once():
-    platform = on_its_way_down()
-    platform.is_silent = True
-    assert platform.run().failure == "no measured heights for 0.5 s"
-
-
 def test_time_in_which_nobody_listened_is_no_silence():
     platform = on_its_way_down()
     platform.now += 0.4
@@ -228,18 +185,18 @@ def on_its_way_back():
     return platform
 
 
-def test_a_contact_on_the_way_back_is_a_failure_with_a_stop():
+@pytest.mark.parametrize(
+    ("plate", "sinks", "failure"),
+    [
+        (1.0, 0.0, "the contact closes on the way back"),
+        (0.046, 4e-4, "the platform moves down on its way back"),
+    ],
+)
+def test_what_goes_wrong_on_the_way_back_is_a_failure_with_a_stop(plate, sinks, failure):
     platform = on_its_way_back()
-    platform.plate = 1.0
-    assert platform.run().failure == "the contact closes on the way back"
-    assert platform.commands[-1] == 0.0
-    assert platform.position[2] < 0.0475
-
-
-def test_a_way_back_that_leads_down_is_a_failure_with_a_stop():
-    platform = on_its_way_back()
-    platform.probe.measured((*START[:2], platform.position[2] - 4e-4), platform.now)
-    assert platform.run().failure == "the platform moves down on its way back"
+    platform.plate = plate
+    platform.probe.measured((*START[:2], platform.position[2] - sinks), platform.now)
+    assert platform.run().failure == failure
     assert platform.commands[-1] == 0.0
     assert platform.position[2] < 0.0475
 

@@ -10,7 +10,6 @@ from tri_glide_kinematics.calibration.fit import (
     Plate,
     Priors,
     load_measurements,
-    save_measurements,
 )
 from tri_glide_kinematics.calibration.session import (
     Deviations,
@@ -133,17 +132,3 @@ def test_numbers_without_a_meaning_are_not_noted(session):
     with pytest.raises(OutOfBoundsError):
         session.touch(HEIGHTS, deviation=-1.0)
     assert session.measurements == []
-
-
-def test_what_is_saved_is_what_was_measured(session, tmp_path):
-    session.touch(HEIGHTS)
-    session.distance_end(HEIGHTS, 0.0)
-    session.distance_end(OTHERS, 0.1)
-    session.position(OTHERS, (0.1, 0.2, 0.3))
-    content = session.content(NOMINAL, Priors(1e-3, 2e-3, 3e-3))
-    save_measurements(tmp_path / "file.yaml", content)
-    loaded = load_measurements(tmp_path / "file.yaml")
-    assert loaded.touches[0].heights == pytest.approx(HEIGHTS)
-    assert loaded.distances[0].heights_to == pytest.approx(OTHERS)
-    assert loaded.positions[0].frame == "base"
-    assert loaded.priors.height_offsets == pytest.approx(3e-3)

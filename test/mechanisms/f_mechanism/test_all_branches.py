@@ -10,9 +10,7 @@ from f_mechanism_samples import (
     bifurcating_mechanism,
     example_1,
     example_2,
-    random_mechanism,
 )
-from soak import some
 from strategies import nudged
 
 from tri_glide_kinematics.errors import OutOfBoundsError
@@ -106,19 +104,6 @@ def test_branches_between_two_samples_are_found():
             assert small[0].closed
             assert len(small[0].turning_points) == 2
     assert islands > 4
-
-
-@pytest.mark.slow
-def test_coarse_and_fine_overviews_agree():
-    rng = np.random.default_rng(42)
-    for _ in some(range(10), 4):
-        mechanism = random_mechanism(rng)
-        fine, coarse = mechanism.overview(360), mechanism.overview(24)
-        assert len(coarse.branches) == len(fine.branches)
-        assert sorted(turning_degrees(branch) for branch in coarse.branches) == [
-            pytest.approx(expected, abs=1e-8)
-            for expected in sorted(turning_degrees(branch) for branch in fine.branches)
-        ]
 
 
 @pytest.mark.slow

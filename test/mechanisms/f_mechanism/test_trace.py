@@ -15,6 +15,7 @@ from f_mechanism_samples import (
     random_mechanism,
     random_points,
 )
+from soak import many
 from strategies import nudged
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
@@ -84,23 +85,6 @@ def test_example_2_stops_where_the_crank_must_reverse():
         assert len(mechanism.poses(event.crank_angle - 1e-6)) == 4
 
 
-def test_going_on_through_turning_points_comes_back():
-    mechanism = example_2()
-    pose = mechanism.poses(START)[1]
-    trace = mechanism.trace(START, pose, START + 4.0 * math.pi, steps=720, through=True)
-    assert trace.closed
-    assert abs(trace.turns) == pytest.approx(1.0)
-    assert not trace.turns_fully
-    found = [math.degrees(event.crank_angle) % 360.0 for event in trace.turning_points]
-    assert sorted(found) == pytest.approx(
-        [135.044103675325, 169.594134356109, 250.222852740651, 294.188939730997], abs=1e-9
-    )
-    assert_same_pose(trace.pose(-1), pose, mechanism.size)
-    assert_samples_are_positions(mechanism, trace)
-    # One curve: from sample to sample the platform moves continuously.
-    assert np.max(np.abs(np.diff(trace.angle))) < 0.2
-
-
 @pytest.mark.slow
 def test_turning_points_are_exact():
     rng = np.random.default_rng(31)
@@ -164,24 +148,6 @@ def side_of_fold(mechanism, event):
     f = closure_value(mechanism, crank_angle, angle + step * np.array([-1.0, 0.0, 1.0]))
     ahead, behind = (closure_value(mechanism, crank_angle + s * 1e-6, angle) for s in (1.0, -1.0))
     return 1 if (f[0] - 2.0 * f[1] + f[2]) * (ahead - behind) < 0.0 else -1
-
-
-@pytest.mark.slow
-def test_forwards_and_back_returns_to_the_start():
-    rng = np.random.default_rng(32)
-    checked = 0
-    for _ in range(40):
-        mechanism = random_mechanism(rng)
-        for pose in mechanism.poses(0.3):
-            there = mechanism.trace(0.3, pose, 0.3 + rng.uniform(-4.0, 4.0), steps=20)
-            if len(there.angle) < 2:
-                continue
-            last = float(there.crank_angle[-1])
-            back = mechanism.trace(last, there.pose(-1), 0.3, steps=7)
-            assert kinds(back) == [EventKind.END]
-            assert_same_pose(back.pose(-1), pose, mechanism.size)
-            checked += 1
-    assert checked > 50
 
 
 @pytest.mark.slow
@@ -324,7 +290,7 @@ def test_from_a_turning_point_one_and_the_same_side_is_followed():
     mechanism = example_2()
     for event in mechanism.overview(36).branches[0].turning_points:
         seen = set()
-        for crank_angle in nudged(rng, [event.crank_angle] * 12).tolist():
+        for crank_angle in nudged(rng, [event.crank_angle] * many(6)).tolist():
             poses = mechanism.poses(crank_angle)
             pose = min(poses, key=lambda p: turn_difference(p.angle, event.pose.angle))
             for through in (False, True):
@@ -500,25 +466,3 @@ def test_a_branch_that_closes_after_two_turns():
         assert kinds(twice) == [EventKind.CLOSED]
         assert twice.turns == pytest.approx(2.0)
         assert twice.turns_fully
-
-
-def test_mechanism_sizes_do_not_matter():
-    rng = np.random.default_rng(37)
-    small = random_mechanism(rng)
-    linkage = small.linkage
-    scale = 1e4
-    large = FMechanism(
-        [(scale * p.real, scale * p.imag) for p in linkage.pivots],
-        [scale * length for length in linkage.cranks],
-        [scale * length for length in linkage.rods],
-        [(scale * p.real, scale * p.imag) for p in linkage.joints],
-        small.phase_b,
-        small.phase_c,
-        small.counter_rotating,
-    )
-    for pose, other in zip(small.poses(0.2), large.poses(0.2)):
-        trace = small.trace(0.2, pose, through=True)
-        scaled = large.trace(0.2, other, through=True)
-        assert kinds(trace) == kinds(scaled)
-        assert trace.arcs == scaled.arcs
-        assert scaled.angle == pytest.approx(trace.angle, abs=1e-8)

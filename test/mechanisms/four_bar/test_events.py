@@ -44,12 +44,6 @@ def test_a_parallelogram_meets_a_change_point_every_half_turn():
     assert angles == pytest.approx([k * math.pi for k in range(6)], abs=1e-12)
 
 
-def test_backwards_the_same_events_come_in_reverse():
-    angles = np.linspace(-7.0, 9.0, 1001)
-    there, back = sweep_events(LIMITED, angles), sweep_events(LIMITED, angles[::-1])
-    assert [event.crank_angle for event in back] == [event.crank_angle for event in there[::-1]]
-
-
 def test_a_limit_on_a_row_belongs_to_that_row():
     limit = LIMITED.crank_ranges[0][1]
     (event,) = sweep_events(LIMITED, np.array([limit - 0.1, limit, limit + 0.1]))

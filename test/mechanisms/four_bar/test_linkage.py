@@ -25,7 +25,12 @@ from tri_glide_kinematics.mechanisms.four_bar import (
     close_loop,
 )
 
-TEXTBOOK = FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0)
+
+def textbook(**more):
+    return FourBar(crank=2.0, coupler=7.0, rocker=9.0, ground=6.0, **more)
+
+
+TEXTBOOK = textbook()
 
 
 def closure_error(linkage, branch):
@@ -88,7 +93,7 @@ class TestPositions:
         rng = np.random.default_rng(7)
         velocity = np.array(1.0)
         rows = []
-        for index, lengths in enumerate(random_linkages(many(8_000), seed=5)):
+        for index, lengths in enumerate(random_linkages(many(4_000), seed=5)):
             linkage = LinkLengths(*lengths)
             angle = rng.uniform(-math.pi, math.pi)
             if index % 10 == 0:
@@ -252,27 +257,19 @@ class TestRates:
 class TestSweep:
     def test_a_row_is_the_same_alone_and_in_company(self):
         angles = np.linspace(-7.0, 7.0, 20_011)
-        sweep = TEXTBOOK.sweep(angles, 2.0, -1.0)
-        for index in (0, 8191, 8192, 16383, 16384, 20_010):
-            for pose in TEXTBOOK.solve(angles[index], 2.0, -1.0):
+        velocity, acceleration = np.sin(angles), np.cos(3.0 * angles)
+        sweep = TEXTBOOK.sweep(angles, velocity, acceleration)
+        for index in (0, 100, 8191, 8192, 16383, 16384, 20_010):
+            for pose in TEXTBOOK.solve(angles[index], velocity[index], acceleration[index]):
                 branch = sweep.branch(pose.branch)
-                assert branch.coupler_angles[index] == pytest.approx(pose.coupler_angle, abs=1e-13)
                 assert branch.rocker_velocities[index] == pytest.approx(
                     pose.rocker_velocity, abs=1e-12
                 )
-                assert branch.coupler_accelerations[index] == pytest.approx(
-                    pose.coupler_acceleration, abs=1e-11
-                )
-
-    def test_velocity_and_acceleration_by_row(self):
-        angles = np.linspace(-7.0, 7.0, 9000)
-        velocity, acceleration = np.sin(angles), np.cos(3.0 * angles)
-        sweep = TEXTBOOK.sweep(angles, velocity, acceleration)
-        for index in (0, 100, 8192, 8999):
-            poses = TEXTBOOK.solve(angles[index], velocity[index], acceleration[index])
-            for pose, branch in zip(poses, (sweep.open, sweep.crossed)):
-                found = branch.rocker_accelerations[index]
-                assert found == pytest.approx(pose.rocker_acceleration, abs=1e-12)
+                for link in ("coupler", "rocker"):
+                    found = getattr(branch, f"{link}_accelerations")[index]
+                    expected = getattr(pose, f"{link}_acceleration")
+                    assert found == pytest.approx(expected, abs=1e-11)
+                assert branch.coupler_angles[index] == pytest.approx(pose.coupler_angle, abs=1e-13)
 
     def test_no_angles(self):
         sweep = TEXTBOOK.sweep([])
@@ -465,7 +462,58 @@ class TestChangePoints:
             assert np.abs(branch.coupler_angles).max() < 1e-9
 
 
+TWO = (0.0, 0.0), (1.0, 0.0)
+
+
 class TestBadInput:
+    @pytest.mark.parametrize(
+        ("make", "error", "text"),
+        [
+            (lambda: textbook(tolerance=-1e-9), OutOfBoundsError, "tolerance"),
+            (lambda: textbook(tolerance=0.1), OutOfBoundsError, "tolerance"),
+            (lambda: textbook(crank_pivot=(1.0, 2.0, 3.0)), WrongShapeError, "crank_pivot"),
+            (lambda: textbook(ground_angle=math.nan), NotFiniteError, "ground_angle"),
+            (lambda: textbook(ground_angle=1e300), OutOfBoundsError, "ground_angle = 1e.300 must"),
+            (lambda: FourBar(*[1e300] * 4), OutOfBoundsError, "crank = 1e.300 must be at most"),
+            (
+                lambda: FourBar.from_joints(*TWO, (1.0, 0.0), (2.0, 1.0)),
+                OutOfBoundsError,
+                "coupler",
+            ),
+            (
+                lambda: FourBar.from_joints(*TWO, (1.0, math.nan), (2.0, 1.0)),
+                NotFiniteError,
+                r"rocker_pin\[1\]",
+            ),
+            (
+                lambda: FourBar.from_joints((0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0), (2.0, 1.0)),
+                WrongShapeError,
+                "crank_pin",
+            ),
+            (lambda: TEXTBOOK.solve(math.nan), NotFiniteError, "crank_angle"),
+            (lambda: TEXTBOOK.solve(1e300), OutOfBoundsError, "crank_angle = 1e.300 must"),
+            (lambda: TEXTBOOK.solve(0.0, math.nan), NotFiniteError, "crank_velocity"),
+            (lambda: TEXTBOOK.solve(1.0, 1e300), OutOfBoundsError, "crank_velocity = 1e.300 must"),
+            (lambda: TEXTBOOK.sweep([0.0, math.inf]), NotFiniteError, r"crank_angles\[1\]"),
+            (lambda: TEXTBOOK.sweep([1.0, 1e300]), OutOfBoundsError, r"crank_angles\[1\] = 1e.300"),
+            (lambda: TEXTBOOK.sweep([[0.0, 1.0]]), WrongShapeError, "crank_angles"),
+            (lambda: TEXTBOOK.sweep([0.0, 1.0], [1.0]), WrongShapeError, "crank_velocity"),
+            (
+                lambda: TEXTBOOK.sweep([0.0], 1.0, [math.nan]),
+                NotFiniteError,
+                r"crank_acceleration\[0\]",
+            ),
+            (
+                lambda: TEXTBOOK.sweep([0.0]).open.point_of_coupler_plane(math.nan, 0.0),
+                NotFiniteError,
+                "x = ",
+            ),
+        ],
+    )
+    def test_what_has_no_meaning_is_refused_by_its_name(self, make, error, text):
+        with pytest.raises(error, match=text):
+            make()
+
     @pytest.mark.parametrize("position", range(4))
     @pytest.mark.parametrize(
         ("length", "error"),
@@ -489,44 +537,9 @@ class TestBadInput:
             FourBar(1.0, 2.0, 3.0, 6.0)
         assert (error.value.link, error.value.length, error.value.rest) == ("ground", 6.0, 6.0)
 
-    @pytest.mark.parametrize("tolerance", [-1e-9, 0.1])
-    def test_tolerance(self, tolerance):
-        with pytest.raises(OutOfBoundsError, match="tolerance"):
-            FourBar(2.0, 7.0, 9.0, 6.0, tolerance=tolerance)
-
-    def test_placement(self):
-        with pytest.raises(WrongShapeError, match="crank_pivot"):
-            FourBar(2.0, 7.0, 9.0, 6.0, crank_pivot=(1.0, 2.0, 3.0))
-        with pytest.raises(NotFiniteError, match="ground_angle"):
-            FourBar(2.0, 7.0, 9.0, 6.0, ground_angle=math.nan)
-
-    def test_joints(self):
-        with pytest.raises(OutOfBoundsError, match="coupler"):
-            FourBar.from_joints((0.0, 0.0), (1.0, 0.0), (1.0, 0.0), (2.0, 1.0))
-        with pytest.raises(NotFiniteError, match=r"rocker_pin\[1\]"):
-            FourBar.from_joints((0.0, 0.0), (1.0, 0.0), (1.0, math.nan), (2.0, 1.0))
-        with pytest.raises(WrongShapeError, match="crank_pin"):
-            FourBar.from_joints((0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0), (2.0, 1.0))
-
     def test_joints_in_line_have_no_branch(self):
         linkage = FourBar.from_joints((0.0, 0.0), (2.0, 0.0), (7.0, 0.0), (5.0, 0.0))
         assert linkage.assembled_branch is None
-
-    def test_angles(self):
-        with pytest.raises(NotFiniteError, match="crank_angle"):
-            TEXTBOOK.solve(math.nan)
-        with pytest.raises(NotFiniteError, match=r"crank_angles\[1\]"):
-            TEXTBOOK.sweep([0.0, math.inf, 1.0])
-        with pytest.raises(NotFiniteError, match="crank_velocity"):
-            TEXTBOOK.solve(0.0, math.nan)
-        with pytest.raises(NotFiniteError, match=r"crank_acceleration\[0\]"):
-            TEXTBOOK.sweep([0.0], 1.0, [math.nan])
-        with pytest.raises(WrongShapeError, match="crank_velocity"):
-            TEXTBOOK.sweep([0.0, 1.0], [1.0])
-        with pytest.raises(WrongShapeError, match="crank_angles"):
-            TEXTBOOK.sweep([[0.0, 1.0]])
-        with pytest.raises(NotFiniteError, match="x = "):
-            TEXTBOOK.sweep([0.0]).open.point_of_coupler_plane(math.nan, 0.0)
 
 
 def test_angles_of_half_a_turn_are_positive():
@@ -547,23 +560,6 @@ def test_joints_in_a_row_give_one_and_the_same_linkage():
         assert linkage.assembled_crank_angle == pytest.approx(math.pi)
 
 
-@pytest.mark.parametrize(
-    ("name", "make"),
-    [
-        ("crank", lambda: FourBar(1e300, 1e300, 1e300, 1e300)),
-        ("ground_angle", lambda: FourBar(2.0, 7.0, 9.0, 6.0, ground_angle=1e300)),
-        ("crank_angle", lambda: FourBar(2.0, 7.0, 9.0, 6.0).solve(1e300)),
-        ("crank_velocity", lambda: FourBar(2.0, 7.0, 9.0, 6.0).solve(1.0, 1e300)),
-        (r"crank_angles\[1\]", lambda: FourBar(2.0, 7.0, 9.0, 6.0).sweep([1.0, 1e300])),
-    ],
-)
-def test_huge_numbers_are_refused(name, make):
-    with pytest.raises(
-        OutOfBoundsError, match=name + r" = 1e\+300( m)? must be at most 1e\+(30|152)"
-    ):
-        make()
-
-
 @pytest.mark.parametrize("branch", ["open", "crossed", "OPEN", 0, 1, True, None])
 def test_what_is_no_branch_is_refused_by_what_there_is(branch):
     sweep = TEXTBOOK.sweep([0.5, 1.0])
@@ -575,12 +571,6 @@ def test_what_is_no_branch_is_refused_by_what_there_is(branch):
         with pytest.raises(NotAChoiceError, match=r"Branch\.OPEN or Branch\.CROSSED$") as caught:
             ask()
         assert caught.value.choices == ("Branch.OPEN", "Branch.CROSSED")
-
-
-def test_a_branch_is_what_was_asked_for():
-    for branch in Branch:
-        assert TEXTBOOK.pose(1.0, branch).branch is branch
-        assert TEXTBOOK.sweep([1.0]).branch(branch).branch is branch
 
 
 def calls_of(call):

@@ -152,14 +152,6 @@ def test_the_axes_have_units_and_planes_have_equal_scales(overview):
         assert figure.axes[0].get_ylabel() == "y [mm]"
 
 
-def test_large_mechanisms_are_drawn_in_metres():
-    names = ("base", "crank_lengths", "rod_lengths", "platform")
-    large = FMechanism(**LENGTHS | {name: 100.0 * np.array(LENGTHS[name]) for name in names})
-    (axes,) = paths_figure(large, detailed_overview(large), 0).axes
-    assert axes.get_xlabel() == "x [m]"
-    assert axes.get_xlim()[1] < 12.0
-
-
 @pytest.mark.parametrize("number", [0, 1])
 def test_the_paths_are_those_of_one_platform(overview, number):
     (axes,) = paths_figure(EXAMPLE, overview, number, triangles=7).axes

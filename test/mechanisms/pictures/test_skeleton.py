@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from tri_glide_kinematics.mechanisms.four_bar import FourBar
 from tri_glide_kinematics.mechanisms.pictures import (
     F_MECHANISM,
     FOUR_BAR,
     DrawnMechanism,
     LengthUnit,
     bounds,
-    side_by_side,
 )
 
 POINTS = np.random.default_rng(5).uniform(-0.1, 0.1, (9, 2))
@@ -36,23 +34,6 @@ def test_a_file_shows_the_lines_of_the_description(skeleton):
     drawn = [link.get_xydata() for link in links] + list(itertools.pairwise(corners))
     assert as_set(drawn) == as_set(skeleton.lines(points))
     assert joints.get_xydata() == pytest.approx(points)
-
-
-def test_the_lines_of_a_four_bar_have_the_lengths_of_its_links():
-    linkage = FourBar(0.02, 0.07, 0.09, 0.06)
-    branch = linkage.sweep([0.5, 1.5]).open
-    points = side_by_side(
-        linkage.crank_pivot,
-        branch.crank_pins,
-        branch.rocker_pins,
-        linkage.rocker_pivot,
-        branch.point_of_coupler_plane(0.035, 0.02).position,
-    )
-    assert points.shape == (2, 5, 2)
-    for position in points:
-        crank, rocker, coupler, *_ = np.diff(FOUR_BAR.lines(position), axis=1)[:, 0]
-        lengths = np.hypot(*np.array([crank, rocker, coupler]).T)
-        assert lengths == pytest.approx([0.02, 0.09, 0.07])
 
 
 def test_a_box_holds_all_places_that_are_numbers():

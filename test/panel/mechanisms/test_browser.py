@@ -25,7 +25,6 @@ pytestmark = [
 SAME = 25  # of 255, between a colour and one that counts as it
 SCENE_WIDTH = 950  # pixels, of a wide window; beside it are the controls
 LIMITS = CurveLimits((0.3,) * 3, (0.9,) * 3, (1.0,) * 3, (10.0,) * 3)
-PLAYS = "[...document.querySelectorAll('input[type=checkbox]')].find((e) => e.offsetWidth)"
 CHOICE = "[...document.querySelectorAll('input')].find((e) => e.offsetWidth > 100)"
 
 
@@ -158,18 +157,6 @@ def test_another_position_is_followed_and_turning_points_are_marked(screen):
     screen.text_appears("169.6°")
 
 
-def test_a_crank_that_turns_by_itself_is_seen_to_turn(screen):
-    screen.choose("f_mechanism_example_2")
-    before = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 1000, "the drawing")
-    screen.page.click(PLAYS)
-    screen.wait_for_pixels(
-        lambda now: (np.abs(now - before).max(axis=2) > 60).sum() > 1500,
-        "a turning crank",
-    )
-    screen.page.click(PLAYS)
-    screen.rig.wait_for(lambda: not screen.rig.tab.plays.value, "the crank to stop")
-
-
 def test_curves_are_drawn_and_go_on(screen):
     canvas = "document.querySelector('.uplot canvas')"
     screen.wait_for(canvas, "a plot")
@@ -179,14 +166,6 @@ def test_curves_are_drawn_and_go_on(screen):
     screen.wait_for(f"{drawn} !== {before!r}", "the curves to go on")
     count = screen.page.evaluate("document.querySelectorAll('.uplot canvas').length")
     assert count == 3
-
-
-def test_none_gives_the_view_back(screen):
-    screen.page.evaluate(f"{CHOICE}.scrollIntoView()")
-    screen.choose("f_mechanism_example_2")
-    screen.wait_for_pixels(lambda now: len(places(now, GREEN)) > 150, "the drawing")
-    screen.choose("none")
-    screen.wait_for_pixels(lambda now: len(places(now, GREEN)) < 50, "an empty scene")
 
 
 @pytest.fixture

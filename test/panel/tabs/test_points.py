@@ -43,15 +43,6 @@ def test_what_is_saved_is_what_drive_reads(tmp_path: Path) -> None:
     assert [point.name for point in loaded] == [point.name for point in POINTS]
 
 
-def test_random_points_come_back(tmp_path: Path) -> None:
-    source = np.random.default_rng(13)
-    for count in (1, 2, 40):
-        points = source.uniform(-1.0, 1.0, (count, 3))
-        save_points(tmp_path / "p.yaml", [Point(tuple(place)) for place in points], 0.0, 0.0)
-        loaded = np.array([point.position for point in load_points(tmp_path / "p.yaml")])
-        assert loaded == pytest.approx(points, abs=1e-7)
-
-
 def test_a_full_disk_loses_no_point(tmp_path: Path) -> None:
     file = tmp_path / "p.yaml"
     save_points(file, POINTS, 0.0, 0.0)

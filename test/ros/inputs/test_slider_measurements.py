@@ -185,13 +185,6 @@ def test_sliders_are_found_by_name_in_any_order(names):
     assert read(message) == ((1.0, 2.0, 3.0), (-1.0, -2.0, -3.0))
 
 
-def test_order_may_change_between_messages():
-    for names in (NAMES, NAMES[::-1], ["other", *NAMES], NAMES):
-        message = JointState(name=names, position=[float(name[-1] != "r") for name in names])
-        message.position[names.index("slider_2")] = 2.0
-        assert read(message) == ((1.0, 2.0, 1.0), None)
-
-
 def test_joints_of_others_are_not_ours():
     assert read(JointState(name=["a", "b"], position=[1.0, 2.0])) is None
     assert read(JointState()) is None

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from mechanism_requests import ask, columns, textbook, turn
+from mechanism_requests import ask, assert_columns, assert_message, textbook, turn
 
 from tri_glide_interfaces.msg import (
     CrankSweep,
@@ -27,7 +27,7 @@ from tri_glide_kinematics.mechanisms.four_bar import (
     NotAssemblableError,
 )
 from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
-from tri_glide_kinematics.ros.mechanisms.fields import RefusedRequestError
+from tri_glide_kinematics.ros.mechanisms.fields import RefusedRequestError, crank_angles
 
 OPEN, CROSSED = FourBarPose.OPEN, FourBarPose.CROSSED
 
@@ -40,91 +40,97 @@ def trace_four_bar(**fields):
     return ask(four_bar_messages.trace, TraceFourBar, **fields)
 
 
-class TestSolveFourBar:
-    def test_both_branches_of_the_textbook_linkage(self):
-        response = solve_four_bar(
-            linkage=textbook(),
-            crank_angle=math.radians(30.0),
-            crank_velocity=10.0,
-            coupler_point=Point2(x=7.0, y=0.0),
-        )
-        first, second = response.poses
-        assert (first.branch, second.branch) == (OPEN, CROSSED)
-        for pose, angles, velocities, accelerations in (
-            (first, (88.837241, 117.286068), (-5.990966, -3.991735), (26.08002, 53.33059)),
-            (second, (-115.210812, -143.659639), (-0.662352, -2.661583), (77.91986, 50.66928)),
-        ):
-            assert np.degrees((pose.coupler_angle, pose.rocker_angle)) == pytest.approx(
-                angles, abs=1e-6
-            )
-            assert (pose.coupler_velocity, pose.rocker_velocity) == pytest.approx(
-                velocities, abs=1e-6
-            )
-            assert (pose.coupler_acceleration, pose.rocker_acceleration) == pytest.approx(
-                accelerations, abs=1e-5
-            )
-            # The coupler point asked for is the rocker pin, which turns about its pivot.
-            assert (pose.coupler_point.x, pose.coupler_point.y) == pytest.approx(
-                (pose.rocker_pin.x, pose.rocker_pin.y)
-            )
-            velocity = pose.coupler_point_velocity
-            assert math.hypot(velocity.x, velocity.y) == pytest.approx(
-                9.0 * abs(pose.rocker_velocity)
-            )
-            acceleration = pose.coupler_point_acceleration
-            assert math.hypot(acceleration.x, acceleration.y) == pytest.approx(
-                9.0 * math.hypot(pose.rocker_acceleration, pose.rocker_velocity**2)
-            )
-            assert not pose.is_singular
-            assert (pose.rocker_pivot.x, pose.rocker_pivot.y) == (6.0, 0.0)
+TEXTBOOK = four_bar.FourBar(2.0, 7.0, 9.0, 6.0)
+PARALLELOGRAM = four_bar.FourBar(2.0, 5.0, 2.0, 5.0)
+LIMITED = four_bar.FourBar(5.0, 2.5, 4.0, 6.0, crank_pivot=(1.0, 0.0), ground_angle=0.3)
+LIMIT = LIMITED.crank_ranges[0][1]
+# Source 002.
+JOINTS = {
+    "crank_pin": (65.183, 45.552),
+    "rocker_pin": (28.332, 46.047),
+    "rocker_pivot": (-74.783, 4.195),
+}
+SHEET = four_bar.FourBar.from_joints((0.0, 0.0), *JOINTS.values())
 
-    def test_the_properties_are_those_of_the_library(self):
-        linkage = four_bar.FourBar(2.0, 7.0, 9.0, 6.0)
-        properties = solve_four_bar(linkage=textbook()).properties
-        assert properties.grashof_class == FourBarProperties.CRANK_ROCKER
-        assert properties.crank_turns_fully
-        assert not properties.has_change_point
-        assert math.isnan(properties.assembled_crank_angle)
+
+def number_of(branch):
+    """Return the number that a branch has in messages."""
+    return {four_bar.Branch.OPEN: OPEN, four_bar.Branch.CROSSED: CROSSED}.get(
+        branch, FourBarPose.BOTH
+    )
+
+
+def message_of(linkage):
+    """Return the message that describes a linkage of the library."""
+    if linkage is SHEET:
+        joints = {name: Point2(x=x, y=y) for name, (x, y) in JOINTS.items()}
+        return FourBar(given_by=FourBar.JOINTS, **joints)
+    lengths = {name: getattr(linkage, name) for name in ("crank", "coupler", "rocker", "ground")}
+    x, y = linkage.crank_pivot
+    return FourBar(crank_pivot=Point2(x=x, y=y), ground_angle=linkage.ground_angle, **lengths)
+
+
+class TestSolveFourBar:
+    @pytest.mark.parametrize("linkage", [TEXTBOOK, SHEET, LIMITED, PARALLELOGRAM])
+    def test_poses_and_properties_are_those_of_the_library(self, linkage):
+        motion = (0.6, 10.0, -2.0)
+        response = solve_four_bar(
+            linkage=message_of(linkage),
+            crank_angle=motion[0],
+            crank_velocity=motion[1],
+            crank_acceleration=motion[2],
+            coupler_point=Point2(x=3.0, y=1.5),
+        )
+        poses = linkage.solve(*motion)
+        assert len(response.poses) == len(poses) == 2
+        for message, pose in zip(response.poses, poses):
+            point = pose.point_of_coupler_plane(3.0, 1.5)
+            expected = {
+                name: getattr(pose, name)
+                for name in message.get_fields_and_field_types()
+                if name != "branch" and not name.startswith("coupler_point")
+            }
+            expected["branch"] = number_of(pose.branch)
+            expected["coupler_point"] = point.position
+            expected["coupler_point_velocity"] = point.velocity
+            expected["coupler_point_acceleration"] = point.acceleration
+            assert_message(message, expected)
+        self.assert_properties(response.properties, linkage)
+
+    @staticmethod
+    def assert_properties(properties, linkage):
         extremes = linkage.transmission_extremes
-        assert properties.smallest_transmission_angle == extremes.smallest
-        assert properties.smallest_transmission_angle_at == extremes.smallest_at
-        assert properties.largest_transmission_angle == extremes.largest
-        assert properties.largest_transmission_angle_at == extremes.largest_at
-        assert [
-            (centre.kind, centre.crank_angle, centre.rocker_angle, centre.branch)
-            for centre in properties.dead_centres
-        ] == [
-            (
-                centre.kind.value,
-                centre.crank_angle,
-                centre.rocker_angle,
-                OPEN if centre.branch is four_bar.Branch.OPEN else CROSSED,
-            )
-            for centre in linkage.dead_centres
+        centres = properties.dead_centres
+        assert [(each.kind, each.crank_angle, each.branch) for each in centres] == [
+            (each.kind.value, each.crank_angle, number_of(each.branch))
+            for each in linkage.dead_centres
         ]
-        assert len(properties.dead_centres) == 4
+        np.testing.assert_array_equal(
+            [each.rocker_angle for each in centres],
+            [each.rocker_angle for each in linkage.dead_centres],
+        )
+        same = ("crank", "coupler", "rocker", "ground", "ground_angle", "crank_turns_fully")
+        expected = {
+            **{name: getattr(linkage, name) for name in same},
+            "assembled_crank_angle": getattr(linkage, "assembled_crank_angle", math.nan),
+            "assembled_branch": number_of(linkage.assembled_branch) if linkage is SHEET else 0,
+            "grashof_class": linkage.grashof_class.value,
+            "has_change_point": linkage.lengths.has_change_point,
+            "crank_range_begin": [begin for begin, _ in linkage.crank_ranges],
+            "crank_range_end": [end for _, end in linkage.crank_ranges],
+            "smallest_transmission_angle": extremes.smallest,
+            "smallest_transmission_angle_at": extremes.smallest_at,
+            "largest_transmission_angle": extremes.largest,
+            "largest_transmission_angle_at": extremes.largest_at,
+            "dead_centres": centres,
+        }
+        assert_message(properties, expected)
 
     def test_constants_name_every_class_and_dead_centre(self):
         names = {name: getattr(FourBarProperties, name) for name in GrashofClass.__members__}
         assert names == {name: member.value for name, member in GrashofClass.__members__.items()}
         kinds = {name: getattr(FourBarDeadCentre, name) for name in DeadCentreKind.__members__}
         assert kinds == {name: member.value for name, member in DeadCentreKind.__members__.items()}
-
-    def test_a_linkage_given_by_its_joints_is_that_of_the_sheet(self):
-        linkage = FourBar(
-            given_by=FourBar.JOINTS,
-            crank_pin=Point2(x=65.183, y=45.552),
-            rocker_pin=Point2(x=28.332, y=46.047),
-            rocker_pivot=Point2(x=-74.783, y=4.195),
-        )
-        response = solve_four_bar(linkage=linkage, crank_angle=math.radians(37.964))
-        properties = response.properties
-        lengths = (properties.ground, properties.crank, properties.coupler, properties.rocker)
-        assert lengths == pytest.approx((74.901, 79.522, 36.854, 111.285), abs=5e-4)
-        assert properties.assembled_crank_angle == pytest.approx(math.atan2(45.552, 65.183))
-        pose = response.poses[properties.assembled_branch]
-        assert (pose.crank_pin.x, pose.crank_pin.y) == pytest.approx((62.695, 48.919), abs=5e-4)
-        assert (pose.rocker_pin.x, pose.rocker_pin.y) == pytest.approx((25.933, 51.529), abs=5e-4)
 
     def test_beyond_a_limit_there_are_properties_and_no_poses(self):
         request = SolveFourBar.Request(
@@ -165,76 +171,62 @@ class TestSolveFourBar:
 
 
 class TestTraceFourBar:
-    @pytest.mark.parametrize("branch", [OPEN, CROSSED])
-    def test_rows_are_the_poses_of_one_branch(self, branch):
-        point = Point2(x=3.0, y=1.5)
-        motion = {"crank_velocity": 3.0, "crank_acceleration": -2.0, "coupler_point": point}
-        response = trace_four_bar(linkage=textbook(), branch=branch, sweep=turn(), **motion)
-        rows = columns(response)
-        assert {len(values) for values in rows.values()} == {361}
-        assert len(rows) == 18
-        for row in range(0, 361, 45):
-            angle = float(rows["crank_angle"][row])
-            pose = solve_four_bar(linkage=textbook(), crank_angle=angle, **motion).poses[branch]
-            for name, values in rows.items():
-                if hasattr(pose, name):
-                    assert values[row] == pytest.approx(getattr(pose, name), rel=1e-12)
-                elif name != "crank_angle":
-                    place, axis = name.rsplit("_", 1)
-                    expected = getattr(getattr(pose, place), axis)
-                    assert values[row] == pytest.approx(expected, rel=1e-12, abs=1e-12)
-        assert not response.events
-        assert response.properties.grashof_class == FourBarProperties.CRANK_ROCKER
-
-    @pytest.mark.parametrize("sense", [1.0, -1.0])
-    def test_limits_are_events_between_reachable_rows_and_others(self, sense):
-        linkage = FourBar(
-            crank=5.0,
-            coupler=2.5,
-            rocker=4.0,
-            ground=6.0,
-            ground_angle=0.3,
-            crank_pivot=Point2(x=1.0),
+    @pytest.mark.parametrize(
+        ("linkage", "branch", "sweep"),
+        [
+            (TEXTBOOK, OPEN, turn()),
+            (TEXTBOOK, CROSSED, turn()),
+            (LIMITED, OPEN, CrankSweep(start_angle=-7.0, end_angle=9.0, steps=1000)),
+            (LIMITED, CROSSED, CrankSweep(start_angle=7.0, end_angle=-9.0, steps=1000)),
+            (LIMITED, OPEN, CrankSweep(crank_angles=[LIMIT - 0.1, LIMIT, LIMIT + 0.1])),
+            (PARALLELOGRAM, OPEN, CrankSweep(start_angle=-0.5, end_angle=16.0, steps=1000)),
+        ],
+    )
+    def test_a_trace_is_that_of_the_library(self, linkage, branch, sweep):
+        response = trace_four_bar(
+            linkage=message_of(linkage),
+            branch=branch,
+            sweep=sweep,
+            crank_velocity=3.0,
+            crank_acceleration=-2.0,
+            coupler_point=Point2(x=3.0, y=1.5),
         )
-        sweep = CrankSweep(start_angle=-7.0 * sense, end_angle=9.0 * sense, steps=1000)
-        response = trace_four_bar(linkage=linkage, sweep=sweep, crank_velocity=1.0)
-        rows = columns(response)
-        reachable = ~np.isnan(rows["rocker_angle"])
-        borders = np.flatnonzero(reachable[1:] != reachable[:-1])
-        assert [event.row for event in response.events] == borders.tolist()
-        assert len(borders) >= 8
-        pin_x = rows["rocker_pin_x"]
-        for event in response.events:
-            assert event.kind == TraceEvent.LIMIT
-            between = sorted(rows["crank_angle"][event.row : event.row + 2])
-            assert between[0] <= event.crank_angle <= between[1]
-            inside = event.row if reachable[event.row] else event.row + 1
-            # Near a limit the rocker moves with the root of the distance to it.
-            assert abs(math.remainder(rows["rocker_angle"][inside] - event.angle, math.tau)) < 0.3
-            assert abs(pin_x[inside] - event.position.x) < 4.0 * 0.3
-        assert np.isnan(rows["coupler_point_velocity_x"][~reachable]).all()
-        assert not np.isnan(rows["crank_angle"]).any()
-
-    def test_a_limit_on_a_row_belongs_to_that_row(self):
-        linkage = FourBar(crank=5.0, coupler=2.5, rocker=4.0, ground=6.0)
-        limit = solve_four_bar(linkage=linkage, crank_angle=1.0).properties.crank_range_end[0]
-        sweep = CrankSweep(crank_angles=[limit - 0.1, limit, limit + 0.1])
-        response = trace_four_bar(linkage=linkage, sweep=sweep, crank_velocity=1.0)
-        (event,) = response.events
-        assert (event.row, event.crank_angle) == (1, limit)
-        assert np.isnan(response.rocker_velocity[1:]).all()
-        assert np.isnan(response.rocker_angle).tolist() == [False, False, True]
-
-    def test_a_parallelogram_passes_its_change_points_on_one_branch(self):
-        linkage = FourBar(crank=2.0, coupler=5.0, rocker=2.0, ground=5.0)
-        sweep = CrankSweep(start_angle=-0.5, end_angle=2.5 * math.tau, steps=1000)
-        response = trace_four_bar(linkage=linkage, branch=OPEN, sweep=sweep, crank_velocity=1.0)
-        assert {event.kind for event in response.events} == {TraceEvent.BIFURCATION}
-        angles = [event.crank_angle for event in response.events]
-        assert angles == pytest.approx([k * math.pi for k in range(6)], abs=1e-12)
-        crank = np.array(response.crank_angle)
-        turned = np.array(response.rocker_angle) - crank
-        assert np.abs(np.remainder(turned + 1.0, math.tau) - 1.0).max() < 1e-9
+        angles = np.array(response.crank_angle)
+        found = linkage.sweep(angles, 3.0, -2.0).branch(four_bar_messages.BRANCHES[branch])
+        point = found.point_of_coupler_plane(3.0, 1.5)
+        scalars = {
+            "crank_angle": crank_angles(sweep, 1000, 10),
+            "coupler_angle": found.coupler_angles,
+            "rocker_angle": found.rocker_angles,
+            "coupler_velocity": found.coupler_velocities,
+            "rocker_velocity": found.rocker_velocities,
+            "coupler_acceleration": found.coupler_accelerations,
+            "rocker_acceleration": found.rocker_accelerations,
+            "transmission_angle": found.transmission_angles,
+        }
+        places = {
+            "crank_pin": found.crank_pins,
+            "rocker_pin": found.rocker_pins,
+            "coupler_point": point.position,
+            "coupler_point_velocity": point.velocity,
+            "coupler_point_acceleration": point.acceleration,
+        }
+        assert_columns(response, scalars, places)
+        events = four_bar.sweep_events(linkage, angles)
+        assert len(response.events) == len(events)
+        kinds = {"LIMIT": TraceEvent.LIMIT, "CHANGE_POINT": TraceEvent.BIFURCATION}
+        for message, event in zip(response.events, events):
+            expected = {
+                "kind": kinds[event.kind.name],
+                "row": event.row,
+                "crank_angle": event.crank_angle,
+                "angle": event.rocker_angle,
+                "position": event.rocker_pin,
+                "phase_b": 0.0,
+                "phase_c": 0.0,
+            }
+            assert_message(message, expected)
+        TestSolveFourBar.assert_properties(response.properties, linkage)
 
     def test_nothing_within_reach_is_no_success(self):
         linkage = FourBar(crank=5.0, coupler=2.5, rocker=4.0, ground=6.0)
