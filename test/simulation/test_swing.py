@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from strategies import reproducible
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind, residual
@@ -40,7 +41,7 @@ def after_ramp(frequency, damping, speed, time):
 
 
 @pytest.mark.parametrize("dt", STEPS)
-@settings(derandomize=True, max_examples=20)
+@settings(reproducible, max_examples=20)
 @given(st.integers(0, 2), frequencies, dampings)
 def test_a_ramp_is_answered_as_in_closed_form(dt, axis, frequency, damping):
     swing = swing_of(frequency, damping, axis)
@@ -130,7 +131,7 @@ def test_a_frequency_is_given_at_points_and_lies_between_them_elsewhere():
     assert BETWEEN.frequencies((0.0, 0.0, 1e6)) == pytest.approx([16.0])
 
 
-@settings(derandomize=True)
+@reproducible
 @given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3).map(tuple))
 def test_no_frequency_is_beyond_those_of_the_points(position):
     assert 12.0 <= BETWEEN.frequencies(position)[0] <= 20.0
