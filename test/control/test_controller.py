@@ -109,10 +109,14 @@ def test_a_jog_ends_without_renewal(rig):
     assert rig.cycle().velocities == (0.0, 0.0, 0.0)
 
 
-def test_a_jog_rests_at_the_edge_and_says_why(rig):
-    for _ in range(400):
+def jog_to_the_edge(rig):
+    for _ in range(300):
         rig.jog((0.0, 0.0, 0.5))
         rig.cycle(5)
+
+
+def test_a_jog_rests_at_the_edge_and_says_why(rig):
+    jog_to_the_edge(rig)
     assert rig.controller.state is JOGGING
     assert rig.engine.phase is MotionPhase.IDLE
     assert max(rig.heights) <= 0.9
@@ -129,9 +133,7 @@ def test_a_jog_rests_at_the_edge_and_says_why(rig):
 
 
 def test_a_jog_that_begins_at_the_edge_is_held_there_as_one_that_came_to_it(rig):
-    for _ in range(400):
-        rig.jog((0.0, 0.0, 0.5))
-        rig.cycle(5)
+    jog_to_the_edge(rig)
     rig.jog((0.0, 0.0, 0.0))
     rig.cycle_until(IDLE)
     rig.jog((0.0, 0.0, 0.2))
@@ -141,9 +143,7 @@ def test_a_jog_that_begins_at_the_edge_is_held_there_as_one_that_came_to_it(rig)
 
 def test_a_twist_without_room_in_mid_jog_brings_the_platform_to_rest(rig):
     """The old direction is not wanted any more, and the new one is not possible."""
-    for _ in range(300):
-        rig.jog((0.0, 0.0, 0.5))
-        rig.cycle(5)
+    jog_to_the_edge(rig)
     rig.jog((0.3, 0.0, 0.0))
     rig.cycle(60)
     for _ in range(60):
