@@ -176,20 +176,3 @@ def test_a_recording_that_tells_nothing_is_refused(folder, capsys):
     for file, reason in ((short, "0 efforts of sliders in motion"), (bare, "has no efforts")):
         assert identify.main([str(file), *options_of(folder)]) == 1
         assert reason in capsys.readouterr().err
-
-
-def test_options_that_would_be_ignored_are_refused(folder):
-    table, excite = str(folder / "run.csv"), ["--excite", str(folder / "none.yaml")]
-    for arguments in (
-        [],
-        [table, *excite],
-        [table, "--any-arms", "--write", "b.yaml"],
-        [table, "--known", "arm 1"],
-        [table, "--known", "arm 1=much"],
-        [table, "--duration", "10"],
-        [*excite, "--duration", "0"],
-        [*excite, "--known", "arm 1=1"],
-    ):
-        with pytest.raises(SystemExit, match="2"):
-            identify.main(arguments)
-    assert not (folder / "none.yaml").exists()
