@@ -5,40 +5,35 @@ from __future__ import annotations
 import math
 
 import pytest
-from controller_rig import HOME, LIMITS, LOWER, MACHINE, UPPER, Rig
+from controller_rig import HOME, LIMITS, LOWER, MACHINE, MEASURED_TIMEOUT, UPPER, Rig, supervisor
 
 from tri_glide_kinematics.control import (
     TRAVEL_TOLERANCE,
     WAITING,
-    Cause,
     CommandRefusedError,
-    Reason,
     StartingPlace,
-    SupervisionBounds,
-    Supervisor,
 )
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.motion import CannotHoldError, ForceLimits
 
-SOMETHING = Reason(Cause.TRACKING_ERROR, "something is wrong")
-TIMEOUT, NOW = 0.2, 10.0
+NOW = 10.0
 
 
 def place(heights=(0.6, 0.5, 0.4)):
     """A place after ``heights`` were measured ``NOW``."""
-    supervisor = Supervisor(SupervisionBounds(TIMEOUT, 0.02, 0.05, (1.0,) * 3), ("a", "b", "c"))
-    supervisor.measured(heights, None, NOW)
-    start = StartingPlace(supervisor, (LOWER, UPPER))
+    supervised = supervisor()
+    supervised.measured(heights, None, NOW)
+    start = StartingPlace(supervised, (LOWER, UPPER))
     start.measured(heights)
     return start
 
 
 def test_it_is_where_the_machine_was_measured_last():
-    assert place().checked(NOW + TIMEOUT) == (0.6, 0.5, 0.4)
+    assert place().checked(NOW + MEASURED_TIMEOUT) == (0.6, 0.5, 0.4)
 
 
 @pytest.mark.parametrize(
-    ("height", "age"), [(0.6, 1.01 * TIMEOUT), (math.nan, 0.0), (math.inf, 0.0)]
+    ("height", "age"), [(0.6, 1.01 * MEASURED_TIMEOUT), (math.nan, 0.0), (math.inf, 0.0)]
 )
 def test_what_is_old_or_not_finite_is_no_place(height, age):
     with pytest.raises(CommandRefusedError, match="no measured slider heights"):
