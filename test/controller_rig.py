@@ -5,16 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 from tri_glide_kinematics.control import (
-    Cause,
-    CommandedMotion,
-    CommandQueue,
     InPositionBounds,
     MotionController,
-    NewestTarget,
-    Operation,
-    Reason,
-    StartingPlace,
-    StateMachine,
     Streams,
     SupervisionBounds,
     Supervisor,
@@ -41,30 +33,6 @@ def supervisor():
 def engine(kind=MotionKind.SLIDER, in_pieces=False):
     workspace = Workspace(MACHINE, WorkspaceLimits(LOWER, UPPER, 0.005, 6.0))
     return MotionEngine(workspace, LIMITS, kind=kind, in_pieces=in_pieces)
-
-
-class Parts:
-    """The parts of a controller in a first state, without the controller."""
-
-    def __init__(self, state):
-        self.now = 100.0
-        self.refusals = []
-        self.engine = engine()
-        self.supervisor = supervisor()
-        self.streams = Streams.with_timeouts(TWIST_TIMEOUT, TARGET_TIMEOUT)
-        self.states = StateMachine(state, Reason(Cause.COMMAND, "first"), lambda: None)
-        self.newest_target = NewestTarget(IN_POSITION)
-        self.queue = CommandQueue(self.engine, PERIOD, self.streams, self.newest_target)
-        self.start = StartingPlace(self.supervisor, (LOWER, UPPER))
-        parts = (self.engine, self.queue, self.states, self.streams, self.newest_target)
-        self.operation = Operation(*parts, self.start)
-        self.motion = CommandedMotion(
-            *parts, self.operation, lambda text, refusal: self.refusals.append(text)
-        )
-
-    def measure(self, heights):
-        self.supervisor.measured(heights, None, self.now)
-        self.start.measured(heights)
 
 
 class Rig:

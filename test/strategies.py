@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
@@ -17,7 +17,13 @@ from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 DEFAULT_LIMITS = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 10.0)
 
-reproducible = settings(derandomize=True, deadline=None, max_examples=200)
+# A busy computer may be slow in all that it does.
+reproducible = settings(
+    derandomize=True,
+    deadline=None,
+    max_examples=200,
+    suppress_health_check=[HealthCheck.too_slow],
+)
 
 
 @st.composite
@@ -87,13 +93,31 @@ def random_positions(
     return found[:count]
 
 
-def is_inside(workspace: Workspace, position: Iterable[float]) -> bool:
-    """Return whether the platform may be at a ``position`` [m]."""
+def accepts(check: Callable[..., object], *arguments: object) -> bool:
+    """Return whether a check raises no error; one that it raises has a text."""
     try:
-        workspace.check_position(position)
-    except KinematicsError:
+        check(*arguments)
+    except KinematicsError as error:
+        assert str(error)
         return False
     return True
+
+
+def random_motion(
+    machine: TriGlide, rng: np.random.Generator, count: int, max_condition: float = 20.0
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Heights, velocities and accelerations of the sliders. Each of shape (count, 3)."""
+    positions = random_positions(machine, rng, count, max_condition)
+    return (
+        machine.inverse_batch(positions),
+        rng.normal(size=(count, 3)),
+        20.0 * rng.normal(size=(count, 3)),
+    )
+
+
+def is_inside(workspace: Workspace, position: Iterable[float]) -> bool:
+    """Return whether the platform may be at a ``position`` [m]."""
+    return accepts(workspace.check_position, position)
 
 
 def nudged(rng: np.random.Generator, values: ArrayLike) -> NDArray[np.float64]:

@@ -30,16 +30,6 @@ def summing(numbers) -> Interruptible[int]:
     return total
 
 
-def test_at_once_returns_the_result():
-    assert at_once(summing([1, 2, 3])) == 6
-    assert at_once(summing([])) == 0
-
-
-def test_at_once_raises_its_errors():
-    with pytest.raises(ValueError, match="-2 is negative"):
-        at_once(summing([1, -2, 3]))
-
-
 @pytest.mark.parametrize("count", [0, 1, 99, 100, 101, 1234])
 @pytest.mark.parametrize("kinds", [3, 1000])
 def test_arrays_in_pieces_are_those_of_numpy(monkeypatch, count, kinds):

@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from strategies import reproducible
 
 from tri_glide_kinematics.vectors import are_among, ascending
 
@@ -13,11 +14,13 @@ from tri_glide_kinematics.vectors import are_among, ascending
 PARTS = arrays(float, st.integers(0, 8), elements=st.sampled_from([-1.5, -0.0, 0.0, 1e-300, 2.0]))
 
 
+@reproducible
 @given(PARTS)
 def test_it_returns_what_unique_of_numpy_returns(numbers):
     np.testing.assert_array_equal(ascending(numbers), np.unique(numbers))
 
 
+@reproducible
 @given(PARTS, PARTS)
 def test_it_finds_what_isin_of_numpy_finds(numbers, others):
     others = np.sort(others)

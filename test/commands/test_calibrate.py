@@ -38,39 +38,6 @@ def test_the_example_can_be_calibrated(tmp_path, capsys):
     assert "Warnings" not in said
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("unit: parsec", "parsec"),
-        ("unit: mm\nnominal: {anchors: [[0, 200]], arm_lengths: [1, 2, 3]}", "anchors"),
-        (None, "No such file"),
-    ],
-)
-def test_a_bad_file_gets_one_line(tmp_path, capsys, text, words):
-    file = tmp_path / "bad.yaml"
-    if text is not None:
-        file.write_text(text)
-    assert main([str(file), "--output", str(tmp_path / "out")]) == 1
-    error = capsys.readouterr().err
-    assert error.startswith("calibrate: error: ")
-    assert words in error
-    assert error.count("\n") == 1
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_folder_that_cannot_be_made_gets_one_line(tmp_path, capsys):
-    (tmp_path / "file").touch()
-    assert main([str(EXAMPLE), "--output", str(tmp_path / "file")]) == 1
-    assert "cannot write to" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("count", ["-1", "101", "many"])
-def test_a_wrong_count_is_refused(capsys, count):
-    with pytest.raises(SystemExit):
-        main([str(EXAMPLE), "--next", count])
-    assert "from 0 to 100" in capsys.readouterr().err
-
-
 @pytest.mark.usefixtures("without_picture")
 def test_a_gross_contradiction_makes_no_parameter_file_unless_it_is_forced(tmp_path, capsys):
     """Priors in another unit: the data are as good as before, and the machine may not move."""

@@ -161,25 +161,3 @@ def test_check_names_a_file_that_is_missing(command, tmp_path):
     code, written = command("G0 X1\nM2\n", parameters=tmp_path / "none.yaml")
     assert code == 1
     assert "none.yaml: No such file" in written.err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (["steps.yaml", "--settings", "a.yaml"], "--settings is for programs"),
-        (["steps.yaml", "--optional-stops"], "--optional-stops is for programs"),
-        (["steps.yaml", "--from", "3"], "--from is for programs"),
-        (["part.nc", "--unit", "m"], "--unit is for points: their names end in .csv"),
-        (["part.nc", "--from", "0"], "--from is 0, must be at least 1"),
-        (["part.csv", "--from", "-7", "--check"], "--from is -7, must be at least 1"),
-        (["part.nc", "--parameters", "a.yaml"], "--parameters is for --check"),
-        (["part.nc", "--check", "--go-on"], "--go-on is not for --check"),
-        (["part.nc", "--from", "3", "--go-on"], "not allowed with"),
-    ],
-)
-def test_options_that_would_be_ignored_are_refused(monkeypatch, capsys, arguments, reason):
-    monkeypatch.setattr(sys, "argv", ["drive", *arguments])
-    with pytest.raises(SystemExit) as caught:
-        main()
-    assert caught.value.code == 2
-    assert reason in capsys.readouterr().err

@@ -127,34 +127,6 @@ def test_a_violation_is_told_with_time_number_and_bound(points, tmp_path, capsys
     assert "velocity: " in told
 
 
-@pytest.mark.parametrize(
-    ("content", "options", "error"),
-    [
-        ("M2\n", (), "nothing in it moves"),
-        ("G1 X1 F100\nX1000\nM2\n", (), "line 2"),
-        ("G1 X1 F100\nG4 P60\nM2\n", ("--rate", "100000"), "name a lower --rate"),
-        ("G1 X1 F100\nM2\n", ("--settings", "none.yaml"), "none.yaml: cannot be read"),
-    ],
-)
-def test_what_cannot_be_drawn_is_told(tmp_path, capsys, content, options, error):
-    file = tmp_path / "part.nc"
-    file.write_text(content)
-    assert draw(file, tmp_path, *options) == 1
-    assert error in capsys.readouterr().err
-    assert not list(tmp_path.glob("*.png"))
-
-
-def test_places_in_another_frame_and_bad_options_are_told(tmp_path, capsys):
-    file = tmp_path / "drive.yaml"
-    file.write_text("frame: table\nsteps:\n- move: {to: [0, 0, 0.2]}\n- move: {to: [0, 0, 0.25]}\n")
-    assert draw(file, tmp_path) == 1
-    assert "in the frame table" in capsys.readouterr().err
-    with pytest.raises(SystemExit, match="2"):
-        draw(file, tmp_path, "--rate", "0")
-    assert judge.main([str(tmp_path / "none.csv"), *MACHINE]) == 2
-    assert "cannot be read" in capsys.readouterr().err
-
-
 def test_both_run_where_there_is_no_ros(points, tmp_path):
     """Importing a package of ROS is an error there."""
     script = (

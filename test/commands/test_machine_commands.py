@@ -75,30 +75,6 @@ def test_a_drive_file_is_a_duty_cycle(capsys):
     assert "largest power [W]" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (["--cylinder", "0.1", "-0.1", "--speed", "1", "--acceleration", "9"], "cylinder z_max"),
-        (["--box", "0.1", "0.1", "0.1", "--speed", "0", "--acceleration", "9"], "speed = 0"),
-        ([*WISH, "--drive", "/nowhere.yaml"], "nowhere.yaml"),
-    ],
-)
-def test_mistakes_in_a_wish_are_told(arguments, reason, capsys):
-    assert size.main(arguments) == 1
-    assert reason in capsys.readouterr().err
-
-
-def test_mistakes_in_a_drawing_are_told(tmp_path, capsys):
-    assert draw_machine.main([str(tmp_path / "none.yaml"), "--output", str(tmp_path)]) == 1
-    assert "none.yaml" in capsys.readouterr().err
-    with pytest.raises(SystemExit):
-        draw_machine.main(["tri_glide.yaml", "--resolution", "0"])
-    nowhere = tmp_path / "nowhere.yaml"
-    nowhere.write_text("/**:\n  ros__parameters:\n    max_condition_number: 1.5\n")
-    assert draw_machine.main([str(nowhere), "--output", str(tmp_path)]) == 1
-    assert "the platform may be nowhere" in capsys.readouterr().err
-
-
 def test_what_a_calibration_leaves_is_drawn(tmp_path):
     file, measurements = tmp_path / "a.yaml", CONFIG / "measurements_example.yaml"
     # How wide a disc is inside is soon known there.
@@ -152,14 +128,3 @@ def test_urdf_and_mjcf_are_written_to_files(tmp_path, capsys):
         each for each in ElementTree.parse(mjcf).iter("body") if each.find("freejoint") is not None
     )
     assert platform.find("inertial").attrib["mass"] == "0.7"
-
-
-def test_mistakes_in_a_description_are_told(tmp_path, capsys):
-    assert describe_machine.main([str(tmp_path / "none.yaml")]) == 1
-    assert "none.yaml" in capsys.readouterr().err
-    with pytest.raises(SystemExit):
-        describe_machine.main(["tri_glide.yaml", "--rod-distance", "0"])
-    file = tmp_path / "machine.yaml"
-    file.write_text("/**:\n  ros__parameters:\n    lower_heights: [0.3, 0.9, 0.3]\n")
-    assert describe_machine.main([str(file)]) == 1
-    assert "lower_heights[1]" in capsys.readouterr().err

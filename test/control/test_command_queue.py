@@ -2,44 +2,35 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.control import (
-    Cause,
-    CommandQueue,
-    InPositionBounds,
-    NewestTarget,
-    Streams,
+from controller_rig import (
+    HOME,
+    IN_POSITION,
+    LIMITS,
+    PERIOD,
+    TARGET,
+    TARGET_TIMEOUT,
+    TWIST_TIMEOUT,
+    UPPER,
+    engine,
 )
-from tri_glide_kinematics.motion import (
-    MotionEngine,
-    MotionKind,
-    MotionPhase,
-    NoRoomError,
-    SliderLimits,
-)
-from tri_glide_kinematics.motion.engine import Follow, GoalCode, Jog, Move, Track
+
+from tri_glide_kinematics.control import Cause, CommandQueue, NewestTarget, Reason, Streams
+from tri_glide_kinematics.motion import MotionKind, MotionPhase, NoRoomError
+from tri_glide_kinematics.motion.engine import Follow, GoalCode, Jog, Move, Outcome, Track
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
-PERIOD = 0.002
-LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
-TARGET = (0.05, 0.03, 0.3)
 RELEASED = Jog((0.0, 0.0, 0.0))
-TOP = (0.9, 0.9, 0.9)
 
 
-def commands_at(heights, in_pieces=False, kind=MotionKind.SLIDER):
-    workspace = Workspace(
-        TriGlide(DEFAULT_GEOMETRY), WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
-    )
-    engine = MotionEngine(workspace, LIMITS, kind=kind, in_pieces=in_pieces)
-    engine.start(heights)
-    newest = NewestTarget(InPositionBounds(0.0005, 0.02, 0.5, 0.005))
-    return CommandQueue(engine, PERIOD, Streams.with_timeouts(0.1, 0.5), newest), engine
+def commands_at(heights, in_pieces=False, kind=MotionKind.SLIDER, newest=None):
+    moving = engine(kind, in_pieces)
+    moving.start(heights)
+    streams = Streams.with_timeouts(TWIST_TIMEOUT, TARGET_TIMEOUT)
+    return CommandQueue(moving, PERIOD, streams, newest or NewestTarget(IN_POSITION)), moving
 
 
 def test_a_target_waits_while_limits_have_their_turn():
-    commands, engine = commands_at((0.6, 0.6, 0.6))
+    commands, moving = commands_at(HOME)
     commands.put_limits(LIMITS, 0.5, 1.0)
     assert commands.carry_out(moving=False) is None
     target = Move(TARGET)
@@ -50,18 +41,18 @@ def test_a_target_waits_while_limits_have_their_turn():
     commands.next_cycle(0.0)
     done = commands.carry_out(moving=False)
     assert done is not None and done.command is target
-    assert engine.target == TARGET and engine.speed_scale == 0.5
+    assert moving.target == TARGET and moving.speed_scale == 0.5
 
 
 def test_the_same_limits_again_take_no_turn():
-    commands, _ = commands_at((0.6, 0.6, 0.6))
+    commands, _ = commands_at(HOME)
     commands.put_limits(LIMITS, 1.0, 1.0)
     commands.put(Move(TARGET))
     assert commands.carry_out(moving=False) is not None
 
 
 def test_only_a_waiting_twist_is_dropped_with_twists():
-    commands, _ = commands_at((0.6, 0.6, 0.6))
+    commands, _ = commands_at(HOME)
     target = Move(TARGET)
     commands.put(target)
     commands.drop_stream(RELEASED)
@@ -73,21 +64,21 @@ def test_only_a_waiting_twist_is_dropped_with_twists():
 
 def test_a_jog_without_room_is_held_and_a_move_goes_on():
     outwards = Jog((0.0, 0.0, 0.1), received=0.0)
-    commands, engine = commands_at(TOP)
+    commands, moving = commands_at(UPPER)
     commands.put(outwards)
     done = commands.carry_out(moving=False)
     assert done is not None and done.reason.cause is Cause.EDGE
-    commands, engine = commands_at(TOP)
+    commands, moving = commands_at(UPPER)
     outwards = Jog((0.0, 0.0, 0.1), received=0.0)
     commands.put(outwards)
     refused = commands.carry_out(moving=True)
     assert refused is not None and isinstance(refused.refusal, NoRoomError)
     assert outwards.outcome == (GoalCode.REFUSED, str(refused.refusal))
-    assert engine.phase is MotionPhase.IDLE
+    assert moving.phase is MotionPhase.IDLE
 
 
 def test_a_path_that_is_still_made_is_not_taken_while_a_newer_command_waits():
-    commands, engine = commands_at((0.6, 0.6, 0.6))
+    commands, moving = commands_at(HOME)
 
     def make(_):
         while True:
@@ -100,38 +91,38 @@ def test_a_path_that_is_still_made_is_not_taken_while_a_newer_command_waits():
     assert commands.decided(moving=False) is None and path.outcome is None
     commands.next_cycle(0.0)
     done = commands.carry_out(moving=False)
-    assert done is not None and done.command is target and engine.target == TARGET
+    assert done is not None and done.command is target and moving.target == TARGET
     assert path.outcome == (GoalCode.SUPERSEDED, f"superseded by {target}")
 
 
 def test_a_report_of_a_target_never_waits_for_a_step_that_is_prepared():
-    commands, engine = commands_at((0.6, 0.6, 0.6), in_pieces=True)
-    engine.set_shaper(Shaper.of(ShaperKind.EI, Mode(15.0, 0.03)))
+    commands, moving = commands_at(HOME, in_pieces=True)
+    moving.set_shaper(Shaper.of(ShaperKind.EI, Mode(15.0, 0.03)))
     prepared = 0
     for cycle in range(100):
         report = Track(TARGET, (0.0, 0.0, 0.0), seen=cycle * PERIOD)
-        prepared += engine.preparing
+        prepared += moving.preparing
         commands.put(report)
         commands.next_cycle(cycle * PERIOD)
         done = commands.carry_out(moving=False, may_go_on=lambda: False)
         assert done is not None and done.command is report
         commands.step()
-    assert engine.phase is MotionPhase.TRACKING
+    assert moving.phase is MotionPhase.TRACKING
     assert prepared > 10
 
 
 def test_no_command_waits_for_a_plan_that_is_sooner_at_the_end_of_a_line():
     for newer in (Move((0.0, 0.0, 0.25)), None):
-        commands, engine = commands_at((0.6, 0.6, 0.6), in_pieces=True, kind=MotionKind.LINEAR)
+        commands, moving = commands_at(HOME, in_pieces=True, kind=MotionKind.LINEAR)
         commands.put(Move(TARGET))
         commands.next_cycle(0.0)
         while commands.carry_out(moving=False, may_go_on=lambda: False) is None:
             commands.step()
             commands.next_cycle(0.0)
         commands.step()
-        while not engine.preparing:
+        while not moving.preparing:
             commands.step()
-        assert engine.phase is MotionPhase.MOVING
+        assert moving.phase is MotionPhase.MOVING
         if newer:
             commands.put(newer)
         else:
@@ -142,6 +133,35 @@ def test_no_command_waits_for_a_plan_that_is_sooner_at_the_end_of_a_line():
             commands.carry_out(moving=True, may_go_on=lambda: False)
             commands.step()
         if newer:
-            assert engine.preparing_goal
+            assert moving.preparing_goal
         else:
-            assert engine.limits_pending or engine.speed_scale == 0.5
+            assert moving.limits_pending or moving.speed_scale == 0.5
+
+
+def test_who_waits_is_told_of_a_newer_command_after_two_cycles_even_if_that_is_planned():
+    newest = NewestTarget(IN_POSITION)
+    commands, _ = commands_at(HOME, newest=newest)
+    first, second, third = Move(TARGET), Move((0.0, 0.0, 0.3)), Move((-0.05, 0.02, 0.25))
+    newest.take(first, Reason(Cause.COMMAND, "first"))
+    commands.put(second)
+    commands.next_cycle(0.0)
+    assert first.outcome is None
+    # The older one that waits cannot come back, so it ends now.
+    commands.put(third)
+    assert second.outcome == Outcome(GoalCode.SUPERSEDED, f"superseded by {third}")
+    commands.next_cycle(0.0)
+    assert first.outcome == Outcome(GoalCode.SUPERSEDED, f"superseded by {third}")
+    assert third.outcome is None
+
+
+def test_who_waits_is_not_told_of_a_newer_command_that_is_gone_in_time():
+    newest = NewestTarget(IN_POSITION)
+    commands, _ = commands_at(HOME, newest=newest)
+    first, second = Move(TARGET), Move((-0.05, 0.02, 0.25))
+    newest.take(first, Reason(Cause.COMMAND, "first"))
+    commands.put(second)
+    commands.next_cycle(0.0)
+    assert commands.withdraw(second) and not commands.withdraw(second)
+    for _ in range(5):
+        commands.next_cycle(0.0)
+    assert first.outcome is None

@@ -31,7 +31,7 @@ from tri_glide_kinematics.control import (
     CommandRefusedError,
     Reason,
 )
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion import CommandStream, MotionKind, MotionPhase
 from tri_glide_kinematics.motion.limit_use import LimitUse
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
@@ -56,8 +56,9 @@ def test_it_waits_for_the_machine_and_gives_no_setpoint_before():
         lambda: rig.controller.move_to(TARGET),
         lambda: rig.jog(),
     ):
-        with pytest.raises(CommandRefusedError, match="no motion while waiting"):
+        with pytest.raises(CommandRefusedError, match="no motion while waiting") as caught:
             command()
+        assert caught.value.refusal is Refusal.WAITING
     rig.measures = True
     rig.cycle()
     assert rig.controller.state is IDLE
@@ -82,12 +83,6 @@ def test_it_does_not_start_from_everywhere(heights, reason):
     assert rig.controller.state is IDLE
 
 
-def test_encoders_at_the_end_stop_may_read_a_little_beyond():
-    rig = Rig(start=(0.9004, 0.9004, 0.9004))
-    rig.cycle(2)
-    assert rig.controller.state is IDLE
-
-
 def test_a_move_ends_at_its_target_with_reasons(rig):
     rig.controller.move_to(TARGET)
     rig.cycle_until(IDLE)
@@ -96,16 +91,6 @@ def test_a_move_ends_at_its_target_with_reasons(rig):
         (MOVING, "target (0.05, 0.03, 0.3) m"),
         (IDLE, "at rest: target (0.05, 0.03, 0.3) m is reached, measured 0 m away"),
     ]
-
-
-def test_a_refused_target_changes_nothing(rig):
-    rig.controller.move_to(TARGET)
-    rig.cycle(20)
-    with pytest.raises(KinematicsError, match="outside the workspace"):
-        rig.controller.move_to((0.5, 0.0, 0.3))
-    assert rig.controller.state is MOVING
-    rig.cycle_until(IDLE)
-    assert rig.heights == pytest.approx(MACHINE.inverse(TARGET), abs=1e-9)
 
 
 def test_a_jog_ends_without_renewal(rig):
@@ -120,10 +105,14 @@ def test_a_jog_ends_without_renewal(rig):
     assert rig.cycle().velocities == (0.0, 0.0, 0.0)
 
 
-def test_a_jog_rests_at_the_edge_and_says_why(rig):
-    for _ in range(400):
+def jog_to_the_edge(rig):
+    for _ in range(300):
         rig.jog((0.0, 0.0, 0.5))
         rig.cycle(5)
+
+
+def test_a_jog_rests_at_the_edge_and_says_why(rig):
+    jog_to_the_edge(rig)
     assert rig.controller.state is JOGGING
     assert rig.engine.phase is MotionPhase.IDLE
     assert max(rig.heights) <= 0.9
@@ -140,9 +129,7 @@ def test_a_jog_rests_at_the_edge_and_says_why(rig):
 
 
 def test_a_jog_that_begins_at_the_edge_is_held_there_as_one_that_came_to_it(rig):
-    for _ in range(400):
-        rig.jog((0.0, 0.0, 0.5))
-        rig.cycle(5)
+    jog_to_the_edge(rig)
     rig.jog((0.0, 0.0, 0.0))
     rig.cycle_until(IDLE)
     rig.jog((0.0, 0.0, 0.2))
@@ -152,9 +139,7 @@ def test_a_jog_that_begins_at_the_edge_is_held_there_as_one_that_came_to_it(rig)
 
 def test_a_twist_without_room_in_mid_jog_brings_the_platform_to_rest(rig):
     """The old direction is not wanted any more, and the new one is not possible."""
-    for _ in range(300):
-        rig.jog((0.0, 0.0, 0.5))
-        rig.cycle(5)
+    jog_to_the_edge(rig)
     rig.jog((0.3, 0.0, 0.0))
     rig.cycle(60)
     for _ in range(60):
@@ -163,18 +148,6 @@ def test_a_twist_without_room_in_mid_jog_brings_the_platform_to_rest(rig):
     assert rig.controller.state is JOGGING
     assert rig.controller.status.held_at_edge
     assert rig.cycle().velocities == (0.0, 0.0, 0.0)
-
-
-def test_a_zero_twist_ends_a_jog_and_nothing_else(rig):
-    rig.jog()
-    rig.cycle(25)
-    rig.jog((0.0, 0.0, 0.0))
-    assert rig.changes[-1] == (STOPPING, "twist of zero")
-    rig.cycle_until(IDLE)
-    rig.controller.move_to(TARGET)
-    rig.cycle(10)
-    rig.jog((0.0, 0.0, 0.0))
-    assert rig.controller.state is MOVING
 
 
 def test_a_stop_holds_against_twists_until_they_pause(rig):
@@ -421,7 +394,7 @@ def test_what_counts_as_no_velocity_ends_a_jog_and_leaves_a_move_alone(rig, size
     rig.jog((0.0, 0.0, -0.05))
     rig.cycle(10)
     rig.jog((0.0, size, 0.0))
-    assert rig.controller.state is STOPPING
+    assert rig.changes[-1] == (STOPPING, "twist of zero")
 
 
 def test_stop_during_the_ramp_of_a_fault_says_what_is_going_on(rig):
@@ -442,22 +415,6 @@ def test_it_is_enabled_again_before_the_next_measurement(rig):
     assert rig.controller.enable(rig.now) == "enabled"
 
 
-def test_a_target_counts_as_reached_only_when_it_is_measured(rig):
-    rig.offset = 0.0
-    rig.controller.move_to(TARGET)
-    rig.cycle(20)
-    rig.offset = 0.002
-    while rig.engine.phase is not MotionPhase.IDLE:
-        rig.cycle()
-    rig.cycle(100)
-    assert rig.controller.state is MOVING
-    rig.offset = 1e-5
-    rig.cycle_until(IDLE)
-    assert rig.controller.reason.cause is Cause.TARGET_REACHED
-    assert rig.controller.status.target_reached
-    assert not rig.controller.status.target_missed
-
-
 def test_a_target_that_is_not_reached_is_told_and_told_again_when_it_is(rig):
     rig.offset = 0.002
     rig.controller.move_to(TARGET)
@@ -474,19 +431,9 @@ def test_a_target_that_is_not_reached_is_told_and_told_again_when_it_is(rig):
     rig.offset = 0.0
     rig.cycle(20)
     assert rig.controller.reason.cause is Cause.TARGET_REACHED
+    assert rig.controller.status.target_reached
     assert rig.controller.status.target_distance < 1e-9
     assert not rig.controller.status.target_missed
-
-
-def test_a_target_that_is_missed_by_far_is_a_fault(rig):
-    rig.controller.move_to(TARGET)
-    for _ in range(20):
-        rig.offset += 0.001
-        rig.cycle()
-    rig.cycle_until(FAULT)
-    assert rig.controller.reason.cause is Cause.TARGET_TOO_FAR
-    assert "target (0.05, 0.03, 0.3) m is not reached" in rig.controller.reason.text
-    assert "more than 0.005 m" in rig.controller.reason.text
 
 
 def test_a_new_target_in_mid_motion_is_told(rig):
@@ -534,8 +481,9 @@ def test_an_obstacle_keeps_it_from_leading_and_is_a_fault_while_it_leads():
     assert rig.controller.state is FAULT
     while rig.cycle() is not None:
         pass
-    with pytest.raises(CommandRefusedError, match="somebody else leads"):
+    with pytest.raises(CommandRefusedError, match="somebody else leads") as caught:
         rig.controller.enable(rig.now)
+    assert caught.value.refusal is Refusal.OTHER_PUBLISHER
     rig.controller.set_obstacle(None)
     assert rig.controller.enable(rig.now) == "enabled"
 

@@ -12,7 +12,7 @@ from controller_rig import LIMITS, PERIOD
 from machine_states import FAR, STATES
 
 import tri_glide_kinematics
-from tri_glide_kinematics.control import DISABLED, FAULT, WAITING, BrokenError, Cause, Reason
+from tri_glide_kinematics.control import DISABLED, FAULT, BrokenError, Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import GoalCode, Replanning, Tracker
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
@@ -128,6 +128,7 @@ def test_a_broken_planner_ends_the_machine_at_the_end_of_the_held_plan(state, mo
     end = machine.engine.sample_plan([machine.engine.remaining]).heights[0] if leads else None
     break_planner(monkeypatch)
     failure = controller.fail(BrokenPlannerError("somewhere"))
+    assert controller.fail(ValueError("second")) is failure
     heights = drive_to_the_end(machine) if leads else []
     assert controller.failure is failure
     assert controller.state is (FAULT if leads else before)
@@ -203,10 +204,3 @@ def test_wherever_the_program_fails_the_machine_ramps_down(state):
         assert_within_limits(heights)
         failures += controller.failure is not None
     assert failures >= 5
-
-
-def test_waiting_for_a_machine_it_ends_at_once():
-    machine = STATES["waiting"]()
-    assert machine.controller.state is WAITING
-    machine.controller.end("the node ends")
-    assert machine.cycle() is None

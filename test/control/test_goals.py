@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 
 import pytest
-from controller_rig import HOME, IN_POSITION, LIMITS, MACHINE, PERIOD, TARGET, Parts, Rig, ended
+from controller_rig import HOME, IN_POSITION, LIMITS, MACHINE, PERIOD, TARGET, Rig, ended
 
 from tri_glide_kinematics.control import (
     CYCLES_UNTIL_TOLD,
@@ -14,7 +14,6 @@ from tri_glide_kinematics.control import (
     MOVING,
     Cause,
     CommandRefusedError,
-    Reason,
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind, PlatformPath
@@ -28,6 +27,10 @@ def rig(request):
     rig = Rig(kind=MotionKind.LINEAR, in_pieces=request.param)
     rig.cycle(2)
     return rig
+
+
+# Plans that take several cycles, so that a command waits meanwhile.
+in_pieces = pytest.mark.parametrize("rig", [True], ids=["in pieces"], indirect=True)
 
 
 def pursue(rig, position=TARGET):
@@ -52,6 +55,7 @@ def test_it_succeeds_only_when_it_is_measured_to_have_settled(rig):
         rig.cycle()
     rig.cycle(50)
     assert goal.outcome is None
+    assert rig.controller.state is MOVING
     rig.offset = 0.0
     rig.cycle(int(IN_POSITION.settling_time / PERIOD) - 2)
     assert goal.outcome is None
@@ -173,9 +177,8 @@ def test_a_command_that_comes_in_the_stop_of_a_cancelled_goal_is_taken(rig):
     assert ended(rig, newer).code is GoalCode.SUCCEEDED
 
 
-def test_a_goal_that_waits_is_given_up_and_what_goes_on_goes_on():
-    rig = Rig(kind=MotionKind.LINEAR, in_pieces=True)
-    rig.cycle(2)
+@in_pieces
+def test_a_goal_that_waits_is_given_up_and_what_goes_on_goes_on(rig):
     going = under_way(rig)
     waiting = pursue(rig, OTHER)
     rig.controller.cancel(waiting)
@@ -230,9 +233,8 @@ def test_a_stop_leaves_a_cancelled_goal_cancelled(rig):
     assert ended(rig, goal).code is GoalCode.CANCELED
 
 
-def test_a_stop_ends_goals_that_wait_too():
-    rig = Rig(kind=MotionKind.LINEAR, in_pieces=True)
-    rig.cycle(2)
+@in_pieces
+def test_a_stop_ends_goals_that_wait_too(rig):
     under_way(rig)
     goal = pursue(rig, OTHER)
     rig.controller.stop()
@@ -280,35 +282,6 @@ def test_an_outcome_is_set_once():
     assert goal.outcome == Outcome(GoalCode.FAULT, "first")
 
 
-def test_who_waits_is_told_of_a_newer_command_after_two_cycles_even_if_that_is_planned():
-    parts = Parts(IDLE)
-    parts.engine.start(HOME)
-    first, second, third = Move(TARGET), Move((0.0, 0.0, 0.3)), Move(OTHER)
-    parts.newest_target.take(first, Reason(Cause.COMMAND, "first"))
-    parts.queue.put(second)
-    parts.queue.next_cycle(0.0)
-    assert first.outcome is None
-    # The older one that waits cannot come back, so it ends now.
-    parts.queue.put(third)
-    assert second.outcome == Outcome(GoalCode.SUPERSEDED, f"superseded by {third}")
-    parts.queue.next_cycle(0.0)
-    assert first.outcome == Outcome(GoalCode.SUPERSEDED, f"superseded by {third}")
-    assert third.outcome is None
-
-
-def test_who_waits_is_not_told_of_a_newer_command_that_is_gone_in_time():
-    parts = Parts(IDLE)
-    parts.engine.start(HOME)
-    first, second = Move(TARGET), Move(OTHER)
-    parts.newest_target.take(first, Reason(Cause.COMMAND, "first"))
-    parts.queue.put(second)
-    parts.queue.next_cycle(0.0)
-    assert parts.queue.withdraw(second) and not parts.queue.withdraw(second)
-    for _ in range(5):
-        parts.queue.next_cycle(0.0)
-    assert first.outcome is None
-
-
 def test_whatever_comes_each_goal_has_an_end_and_only_the_last_may_succeed(rig):
     """Goals, cancels, poses, twists, stops and faults in any order."""
     source = random.Random(5)
@@ -335,7 +308,7 @@ def test_whatever_comes_each_goal_has_an_end_and_only_the_last_may_succeed(rig):
         recover,
     ]
     goals.append(pursue(rig))
-    for _ in range(600):
+    for _ in range(300):
         try:
             source.choice(events)()
         except KinematicsError:
@@ -365,9 +338,8 @@ def path_that_is_never_made():
     return Follow.made(make, "endless path")
 
 
-def test_a_goal_that_has_superseded_another_comes_to_rest_when_it_is_cancelled():
-    rig = Rig(kind=MotionKind.LINEAR, in_pieces=True)
-    rig.cycle(2)
+@in_pieces
+def test_a_goal_that_has_superseded_another_comes_to_rest_when_it_is_cancelled(rig):
     going = under_way(rig)
     waiting = rig.controller.pursue(path_that_is_never_made())
     while going.outcome is None:
@@ -378,9 +350,8 @@ def test_a_goal_that_has_superseded_another_comes_to_rest_when_it_is_cancelled()
     assert rig.controller.state is not MOVING
 
 
-def test_what_is_to_be_replaced_cannot_be_paused_or_resumed():
-    rig = Rig(kind=MotionKind.LINEAR, in_pieces=True)
-    rig.cycle(2)
+@in_pieces
+def test_what_is_to_be_replaced_cannot_be_paused_or_resumed(rig):
     rig.controller.pursue(Follow.made(lambda _: line_to(TARGET), "path"))
     rig.cycle(60)
     newer = rig.controller.pursue(path_that_is_never_made())

@@ -3,16 +3,16 @@ from __future__ import annotations
 import math
 
 import pytest
+from controller_rig import IN_POSITION
 
-from tri_glide_kinematics.control import Arrival, InPosition, InPositionBounds
+from tri_glide_kinematics.control import Arrival, InPosition
 
-BOUNDS = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
 START = 7.0
 
 
 def judged(distances: dict[float, float], at: float) -> Arrival:
     """Return the arrival after distances [m] that came in at times after the start [s]."""
-    position = InPosition(BOUNDS, START)
+    position = InPosition(IN_POSITION, START)
     for time, distance in distances.items():
         position.measured(distance, START + time)
     return position.arrival(START + at)

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import pytest
+from controller_rig import IN_POSITION
 
 from tri_glide_kinematics.control import (
     CAUSE_OF,
     Arrival,
     Cause,
-    InPositionBounds,
     NewestTarget,
     Reason,
 )
 from tri_glide_kinematics.motion.engine import Follow, GoalCode, Move
 
-BOUNDS = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
 BECAUSE = Reason(Cause.COMMAND, "because")
 NEAR, OFF, FAR = 0.0001, 0.002, 0.02  # m, from the target
 
 
 @pytest.fixture
 def target():
-    target = NewestTarget(BOUNDS)
+    target = NewestTarget(IN_POSITION)
     target.take(Move((0.0, 0.0, 0.3)), BECAUSE)
     target.judge_from(0.0)
     return target
@@ -92,7 +91,7 @@ def test_who_cancels_is_told_at_rest_or_when_another_target_is_taken(target):
     target.cancel(second)
     target.come_to_rest(1.0)
     target.rest_measured(NEAR, 1.0)
-    target.come_to_rest(1.0 + 0.5 * BOUNDS.settling_time)
+    target.come_to_rest(1.0 + 0.5 * IN_POSITION.settling_time)
     assert second.outcome is None and target.cancelled == [second]
-    target.come_to_rest(1.0 + BOUNDS.settling_time)
+    target.come_to_rest(1.0 + IN_POSITION.settling_time)
     assert second.outcome == (GoalCode.CANCELED, f"cancelled: {second}") and not target.cancelled

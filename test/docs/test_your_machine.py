@@ -1,4 +1,4 @@
-"""The numbers and directions that docs/your_machine.md and its sketch give."""
+"""The numbers that docs/your_machine.md and its sketch give."""
 
 import math
 
@@ -7,22 +7,6 @@ import pytest
 from tri_glide_kinematics import TriGlide, TriGlideGeometry
 
 R, P, L = 0.25, 0.05, 0.40
-
-
-def directions(orientation=0.0):
-    """Return the directions of the towers, seen from above [degrees]."""
-    geometry = TriGlideGeometry.symmetric(R, P, L, orientation)
-    return [math.degrees(math.atan2(y, x)) % 360.0 for x, y in geometry.anchors]
-
-
-def test_towers_follow_counter_clockwise_from_the_y_axis():
-    assert directions() == pytest.approx([90.0, 210.0, 330.0])
-
-
-def test_orientation_turns_counter_clockwise():
-    assert directions(math.radians(20.0)) == pytest.approx([110.0, 230.0, 350.0])
-    x, y = TriGlideGeometry.symmetric(R, P, L, math.radians(30.0)).anchors[2]
-    assert (x, y) == pytest.approx((R - P, 0.0))
 
 
 def test_zero_of_the_heights_is_the_plane_of_z_zero():

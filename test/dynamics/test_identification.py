@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from strategies import random_geometry, random_positions
+from strategies import random_geometry, random_motion
 
 from testing.masses import random_masses
 from tri_glide_kinematics.dynamics import (
@@ -28,11 +28,6 @@ MACHINE = TriGlide(DEFAULT_GEOMETRY)
 MASSES = Masses.uniform(1.0, 0.3, 0.6, coulomb=4.0, viscous=9.0)
 
 
-def motion_of(machine, rng, count):
-    heights = machine.inverse_batch(random_positions(machine, rng, count, 15.0))
-    return heights, rng.normal(size=(count, 3)), 20.0 * rng.normal(size=(count, 3))
-
-
 def parameters_of(machine, masses, uniform_arms=True):
     ends = [
         arm.end_masses(length) for arm, length in zip(masses.arms, machine.geometry.arm_lengths)
@@ -53,7 +48,7 @@ def test_the_regressor_times_the_parameters_gives_the_forces(uniform_arms):
         masses = random_masses(rng)
         if uniform_arms:
             masses = replace(masses, arms=tuple(Arm(arm.mass) for arm in masses.arms))
-        motion = motion_of(machine, rng, 5)
+        motion = random_motion(machine, rng, 5)
         matrices = regressor(machine, *motion, gravity=masses.gravity, uniform_arms=uniform_arms)
         found = matrices @ parameters_of(machine, masses, uniform_arms)
         expected = SliderForces(machine, masses).forces_batch(*motion)
@@ -61,7 +56,7 @@ def test_the_regressor_times_the_parameters_gives_the_forces(uniform_arms):
 
 
 def test_efforts_without_noise_give_masses_and_friction_exactly():
-    motion = motion_of(MACHINE, np.random.default_rng(1), 60)
+    motion = random_motion(MACHINE, np.random.default_rng(1), 60)
     masses = Masses(
         (1.0, 1.2, 0.9),
         (Arm(0.3), Arm(0.25), Arm(0.35)),
@@ -82,7 +77,7 @@ def test_efforts_without_noise_give_masses_and_friction_exactly():
 
 
 def test_of_arms_of_any_kind_only_sums_are_known():
-    motion = motion_of(MACHINE, np.random.default_rng(2), 60)
+    motion = random_motion(MACHINE, np.random.default_rng(2), 60)
     arms = (Arm(0.3, 0.4, 0.005), Arm(0.25, 0.6, 0.004), Arm(0.35))
     masses = replace(MASSES, arms=arms)
     efforts = SliderForces(MACHINE, masses).forces_batch(*motion)
@@ -109,7 +104,7 @@ def test_of_arms_of_any_kind_only_sums_are_known():
 
 def test_a_slider_that_never_moves_tells_nothing_of_its_friction():
     rng = np.random.default_rng(3)
-    heights, velocities, accelerations = motion_of(MACHINE, rng, 60)
+    heights, velocities, accelerations = random_motion(MACHINE, rng, 60)
     velocities[:, 1] = 0.0
     efforts = SliderForces(MACHINE, MASSES).forces_batch(heights, velocities, accelerations)
     found = identify(MACHINE, heights, velocities, accelerations, efforts)
@@ -122,7 +117,7 @@ def test_a_slider_that_never_moves_tells_nothing_of_its_friction():
 def test_intervals_hold_the_true_values():
     """95 % of them, by 40 recordings with noise of their own."""
     rng = np.random.default_rng(6)
-    motion = motion_of(MACHINE, rng, 400)
+    motion = random_motion(MACHINE, rng, 400)
     efforts = SliderForces(MACHINE, MASSES).forces_batch(*motion)
     true = parameters_of(MACHINE, MASSES)[[name not in NO_COUNTERWEIGHTS for name in UNIFORM_ARMS]]
     sizes = np.array((1.0, 2.0, 4.0)) * 0.01 * np.abs(efforts).max()
@@ -137,7 +132,7 @@ def test_intervals_hold_the_true_values():
 
 
 def test_what_cannot_be_identified_is_refused():
-    motion = motion_of(MACHINE, np.random.default_rng(5), 4)
+    motion = random_motion(MACHINE, np.random.default_rng(5), 4)
     efforts = SliderForces(MACHINE, MASSES).forces_batch(*motion)
     with pytest.raises(TooFewSamplesError, match="12 efforts of sliders in motion are too few"):
         identify(MACHINE, *motion, efforts)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from strategies import random_geometry, random_positions, reproducible
+from strategies import random_geometry, random_motion, random_positions, reproducible
 
 from testing.masses import random_masses
 from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
@@ -19,16 +19,6 @@ from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, NoPoseError, TriGli
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 MUJOCO = Path(__file__).with_name("mujoco_forces.json")
-
-
-def random_motion(machine, rng, count, max_condition=20.0):
-    """Heights, velocities and accelerations. Each of shape (count, 3)."""
-    positions = random_positions(machine, rng, count, max_condition)
-    return (
-        machine.inverse_batch(positions),
-        rng.normal(size=(count, 3)),
-        20.0 * rng.normal(size=(count, 3)),
-    )
 
 
 def random_forces(rng, **kinds):

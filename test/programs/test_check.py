@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from motion_machine import DT, LIMITS, MACHINE, WORKSPACE, engine, place, run_to_rest
-from scipy.spatial import cKDTree
-from soak import some
 
-from testing.program_writer import Piece, written_program
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import (
@@ -20,7 +17,6 @@ from tri_glide_kinematics.motion import (
 )
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.programs import (
-    Dialect,
     Dwell,
     PathRun,
     ProgramError,
@@ -128,32 +124,3 @@ def test_what_leads_outside_is_named_by_its_line(text, line, reason):
     with pytest.raises(ProgramError, match=f"program: line {line}.*{reason}") as caught:
         checked(text)
     assert caught.value.line == line
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("dialect", some([*Dialect], 2))
-def test_programs_at_random_are_driven_within_their_tolerances(dialect):
-    for seed in some(range(4), 2):
-        written = written_program(np.random.default_rng(seed), dialect, 12)
-        program = read_program(written.text, written.settings)
-        assert check_program(program, WORKSPACE, LIMITS).duration > 0.0
-        pieces = [meant for meant in written.meant if isinstance(meant, Piece)]
-        for run in program.steps:
-            if not isinstance(run, PathRun):
-                continue
-            meant, pieces = pieces[: len(run.lines)], pieces[len(run.lines) :]
-            motion = time_path(at_once(run.segments.path_from(run.start)), WORKSPACE, LIMITS)
-            heights = motion.sample(np.arange(0.0, motion.duration, DT)).heights
-            places = MACHINE.forward_batch(heights)
-            # The nearest of points this far apart is a little farther away than the piece.
-            apart = 2e-5
-            points = [each.at(np.linspace(0.0, 1.0, 1 + int(0.4 / apart))) for each in meant]
-            away = cKDTree(np.concatenate(points)).query(places)[0]
-            largest = max(each.tolerance for each in meant)
-            assert away.max() <= np.hypot(largest, 0.5 * apart)
-            # Each output changes where the platform comes by, within what it drives in a cycle.
-            cycle = float(np.linalg.norm(np.diff(places, axis=0), axis=1).max())
-            for output in run.outputs:
-                here = meant[output.joint]
-                near = cKDTree(places).query(here.start)[0]
-                assert near <= 2.0 * meant[output.joint - 1].tolerance + cycle

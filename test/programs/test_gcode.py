@@ -192,8 +192,6 @@ def test_what_is_not_done_is_told_once():
     assert program.told[0].word == "EXCLUDE_OBJECT_START"
 
 
-REPRAP = Dialect.REPRAP
-
 # Words that concern the motion with some of their parameters, or always: dialect, text, reason.
 CONCERNING = {
     "tool offset": (REPRAP, "G10 P0 X10 Z5", "with X it concerns the motion"),

@@ -8,7 +8,6 @@ import pytest
 import yaml
 
 from tri_glide_kinematics.settings import NODES
-from tri_glide_kinematics.settings.tables import document
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
 CONFIG = Path(__file__).parents[2] / "config" / "tri_glide.yaml"
@@ -38,11 +37,3 @@ def test_parameter_file_holds_the_defaults_and_nothing_unknown():
         assert entries, key
         for entry in entries:
             assert entry.checked(value) == entry.default, key
-
-
-def test_document_names_every_parameter():
-    text = document()
-    for name, table in NODES.items():
-        assert f"`{name}`" in text
-        for entry in table:
-            assert f"| `{entry.name}` |" in text

@@ -30,8 +30,22 @@ from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 POSITION = (0.03, -0.02, 0.25)
 
 
-def values(**changes):
-    return {**{entry.name: entry.default for entry in IK_NODE}, **changes}
+def values(table=IK_NODE, **changes):
+    return {**{entry.name: entry.default for entry in table}, **changes}
+
+
+def held(values):
+    """Check that the limits of these values can hold the weight."""
+    motion_limits_of(values, MACHINE).check_holding(np.array((POSITION,)))
+
+
+def shaped(values):
+    """Make a shaper of these values, of whatever kind they are."""
+    return shaper_of({**values, "shaper": "ei"})
+
+
+def swing_by(**changes):
+    return swing_of(values(SIMULATOR_NODE, **changes))
 
 
 @pytest.mark.parametrize("geometry", ["symmetric", "calibrated"])
@@ -91,99 +105,49 @@ def test_bounds_that_are_set_are_added_to_the_limits():
     )
 
 
+ANYWHERE = (0.0, 0.0, 0.0)
+TWO_PLACES = (0.0, 0.0, 0.2, 0.1, 0.0, 0.3)
+LOW_AND_HIGH = (0.0, 0.0, 0.2, 0.0, 0.0, 0.4)
+
+
 @pytest.mark.parametrize(
-    ("changes", "text"),
+    ("kind", "places", "frequencies", "dampings", "modes"),
     [
-        ({"force_limit_down": (9.0, 0.0, 0.0)}, "force_limit_down = [9, 0, 0] N needs masses"),
-        ({"payload": 1.0}, "carriage_masses[0] = 0 kg must be greater than 0 kg, as payload = 1"),
-        ({"carriage_masses": (1.0, 1.0, 1.0)}, "platform_mass = 0 kg must be greater than 0 kg"),
-        ({**WEIGHED, "arm_centres": (0.5, 0.6, 0.5)}, "arm centre = 0.6 must be 0.5 for a uniform"),
-        ({**WEIGHED, "force_limit_up": (60.0, 20.0, 60.0)}, "force_limit_up[1] = 20 N cannot hold"),
+        ("ei", ANYWHERE, (20.0,), (0.03,), [Mode(20.0, 0.03)]),
+        ("zv", ANYWHERE, (20.0, 30.0), (0.1,), [Mode(20.0, 0.1), Mode(30.0, 0.1)]),
+        # One place stands for all.
+        ("zv", (0.1, 0.0, 0.3), (20.0,), (0.05,), [Mode(20.0, 0.05)]),
     ],
 )
-def test_masses_and_force_limits_that_do_not_fit_together_are_refused(changes, text):
-    with pytest.raises(KinematicsError) as refused:
-        motion_limits_of(values(**changes), MACHINE).check_holding(np.array((POSITION,)))
-    assert text in str(refused.value)
+def test_a_shaper_is_made_of_its_kind_and_the_modes(kind, places, frequencies, dampings, modes):
+    changed = values(
+        shaper=kind, mode_places=places, mode_frequencies=frequencies, mode_dampings=dampings
+    )
+    assert shaper_of(changed) == Shaper.of(ShaperKind(kind), *modes)
 
 
 def test_by_default_nothing_is_shaped():
     assert shaper_of(values()) is None
 
 
-def test_a_shaper_is_made_of_its_kind_and_the_modes():
-    one = shaper_of(values(shaper="ei", mode_frequencies=(20.0,), mode_dampings=(0.03,)))
-    assert one == Shaper.of(ShaperKind.EI, Mode(20.0, 0.03))
-    two = shaper_of(values(shaper="zv", mode_frequencies=(20.0, 30.0), mode_dampings=(0.1,)))
-    assert two == Shaper.of(ShaperKind.ZV, Mode(20.0, 0.1), Mode(30.0, 0.1))
-
-
-TWO_PLACES = (0.0, 0.0, 0.2, 0.1, 0.0, 0.3)
-
-
-def test_modes_are_told_place_by_place():
-    one = shaper_of(
-        values(
-            shaper="zvd",
-            mode_places=TWO_PLACES,
-            mode_frequencies=(12.0, 18.0),
-            mode_dampings=(0.02, 0.04),
-        )
-    )
-    places = ((0.0, 0.0, 0.2), (0.1, 0.0, 0.3))
-    modes = ((Mode(12.0, 0.02),), (Mode(18.0, 0.04),))
-    assert one == ShaperByPlace(ShaperKind.ZVD, places, modes)
-    two = shaper_of(
-        values(
-            shaper="ei",
-            mode_places=TWO_PLACES,
-            mode_frequencies=(12.0, 30.0, 18.0, 40.0),
-        )
-    )
-    modes = ((Mode(12.0, 0.05), Mode(30.0, 0.05)), (Mode(18.0, 0.05), Mode(40.0, 0.05)))
-    assert two == ShaperByPlace(ShaperKind.EI, places, modes)
-
-
-def test_one_place_stands_for_all():
-    one = shaper_of(values(shaper="zv", mode_places=(0.1, 0.0, 0.3), mode_frequencies=(20.0,)))
-    assert one == Shaper.of(ShaperKind.ZV, Mode(20.0, 0.05))
-
-
 @pytest.mark.parametrize(
-    ("changes", "text"),
+    ("kind", "frequencies", "dampings", "modes"),
     [
+        ("zvd", (12.0, 18.0), (0.02, 0.04), [(Mode(12.0, 0.02),), (Mode(18.0, 0.04),)]),
         (
-            {"mode_frequencies": (8.0, 20.0, 30.0)},
-            "mode_frequencies has 3 elements, expected 1 to 2$",
+            "ei",
+            (12.0, 30.0, 18.0, 40.0),
+            (0.05,),
+            [(Mode(12.0, 0.05), Mode(30.0, 0.05)), (Mode(18.0, 0.05), Mode(40.0, 0.05))],
         ),
-        (
-            {"mode_places": TWO_PLACES},
-            "mode_frequencies has 1 elements, expected 1 to 2 for each of 2 places",
-        ),
-        (
-            {"mode_places": TWO_PLACES, "mode_frequencies": (8.0, 20.0, 30.0)},
-            "mode_frequencies has 3 elements, expected 1 to 2 for each of 2 places",
-        ),
-        (
-            {
-                "mode_places": TWO_PLACES,
-                "mode_frequencies": (8.0, 9.0),
-                "mode_dampings": (0.1,) * 3,
-            },
-            "mode_dampings has 3 elements, expected 1 or 2",
-        ),
-        ({"mode_places": (0.1, 0.2)}, "mode_places has 2 elements, expected three for each place"),
-        (
-            {"mode_places": (0.0,) * 6, "mode_frequencies": (8.0, 9.0)},
-            "distance of place 1 from place 2 = 0 m must be at least 0.001",
-        ),
-        ({"mode_dampings": (0.1, 0.1)}, "mode_dampings has 2 elements, expected 1"),
     ],
 )
-@pytest.mark.parametrize("shaper", ["none", "ei"])
-def test_modes_that_do_not_fit_are_refused(shaper, changes, text):
-    with pytest.raises(KinematicsError, match=text):
-        shaper_of(values(shaper=shaper, **changes))
+def test_modes_are_told_place_by_place(kind, frequencies, dampings, modes):
+    changed = values(
+        shaper=kind, mode_places=TWO_PLACES, mode_frequencies=frequencies, mode_dampings=dampings
+    )
+    places = ((0.0, 0.0, 0.2), (0.1, 0.0, 0.3))
+    assert shaper_of(changed) == ShaperByPlace(ShaperKind(kind), places, tuple(modes))
 
 
 def test_travel_is_given_as_reported_and_used_as_it_truly_is():
@@ -202,57 +166,20 @@ def test_only_the_chosen_shape_limits_the_space(space):
     assert (limits.cylinder is not None) == (space == "cylinder")
 
 
-@pytest.mark.parametrize(
-    ("check", "changes", "words"),
-    [
-        (machine_of, {"arm_length": 0.001}, "arm"),
-        (limits_of, {"jerk_limits": (1.0, 0.0, 1.0)}, r"jerk\[1\] = 0 m/s\^3"),
-        (
-            in_position_bounds_of,
-            {"position_tolerance": 0.01},
-            "position_tolerance = 0.01 m must be at most position_error_limit = 0.005 m",
-        ),
-        (
-            in_position_bounds_of,
-            {"settling_time": 2.0},
-            "settling_time = 2 s must be at most settling_timeout = 1 s",
-        ),
-        (workspace_limits_of, {"space": "box", "box_lower": (0.2, 0.0, 0.0)}, "0.2"),
-        (
-            check_travel,
-            {"lower_heights": (0.3, 0.9, 0.3)},
-            r"lower_heights\[1\] = 0.9 m must be less than upper_heights\[1\] = 0.9 m",
-        ),
-        (check_joint_names, {"joint_names": ("a", "b", "a")}, "three different names"),
-        (check_joint_names, {"joint_names": ("a", "", "c")}, "three different names"),
-    ],
-)
-def test_values_that_do_not_fit_together_are_refused_by_name_and_number(check, changes, words):
-    check(values())
-    with pytest.raises(KinematicsError, match=words):
-        check(values(**changes))
-
-
-def swinging(**changes):
-    return {**{entry.name: entry.default for entry in SIMULATOR_NODE}, **changes}
-
-
 def test_by_default_nothing_swings():
-    assert swing_of(swinging()).modes == ()
+    assert swing_by().modes == ()
 
 
 def test_frequencies_are_told_point_by_point_for_one_mode_or_two():
-    one = swing_of(swinging(swing_frequencies=(15.0, 0.0, 30.0), swing_dampings=(0.01, 0.02, 0.03)))
+    one = swing_by(swing_frequencies=(15.0, 0.0, 30.0), swing_dampings=(0.01, 0.02, 0.03))
     assert [(mode.axis, mode.frequencies, mode.damping) for mode in one.modes] == [
         (0, (15.0,), 0.01),
         (2, (30.0,), 0.03),
     ]
-    two = swing_of(
-        swinging(
-            swing_points=(0.0, 0.0, 0.2, 0.0, 0.0, 0.4),
-            swing_frequencies=(10.0, 11.0, 0.0, 20.0, 0.0, 0.0, 12.0, 13.0, 0.0, 22.0, 0.0, 0.0),
-            swing_shares=(0.7, 1.0, 1.0, 0.3, 1.0, 1.0),
-        )
+    two = swing_by(
+        swing_points=LOW_AND_HIGH,
+        swing_frequencies=(10.0, 11.0, 0.0, 20.0, 0.0, 0.0, 12.0, 13.0, 0.0, 22.0, 0.0, 0.0),
+        swing_shares=(0.7, 1.0, 1.0, 0.3, 1.0, 1.0),
     )
     assert two.points == ((0.0, 0.0, 0.2), (0.0, 0.0, 0.4))
     assert [(mode.axis, mode.frequencies, mode.share) for mode in two.modes] == [
@@ -262,27 +189,79 @@ def test_frequencies_are_told_point_by_point_for_one_mode_or_two():
     ]
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
+WRONG_MODES = [
+    ({"mode_frequencies": (8.0, 20.0, 30.0)}, "has 3 elements, expected 1 to 2"),
+    ({"mode_places": TWO_PLACES}, "has 1 elements, expected 1 to 2 for each of 2 places"),
+    (
+        {"mode_places": TWO_PLACES, "mode_frequencies": (8.0, 20.0, 30.0)},
+        "mode_frequencies has 3 elements, expected 1 to 2 for each of 2 places",
+    ),
+    (
+        {"mode_places": TWO_PLACES, "mode_frequencies": (8.0, 9.0)} | {"mode_dampings": (0.1,) * 3},
+        "mode_dampings has 3 elements, expected 1 or 2",
+    ),
+    ({"mode_places": (0.1, 0.2)}, "mode_places has 2 elements, expected three for each"),
+    (
+        {"mode_places": (0.0,) * 6, "mode_frequencies": (8.0, 9.0)},
+        "distance of place 1 from place 2 = 0 m must be at least 0.001",
+    ),
+    ({"mode_dampings": (0.1, 0.1)}, "mode_dampings has 2 elements, expected 1"),
+]
+# By what is made of the values: some of them, and what is said of these.
+REFUSED = {
+    machine_of: [({"arm_length": 0.001}, "arm")],
+    limits_of: [({"jerk_limits": (1.0, 0.0, 1.0)}, "jerk[1] = 0 m/s^3")],
+    in_position_bounds_of: [
+        (
+            {"position_tolerance": 0.01},
+            "position_tolerance = 0.01 m must be at most position_error_limit = 0.005 m",
+        ),
+        ({"settling_time": 2.0}, "settling_time = 2 s must be at most settling_timeout = 1 s"),
+    ],
+    workspace_limits_of: [({"space": "box", "box_lower": (0.2, 0.0, 0.0)}, "0.2")],
+    check_travel: [
+        (
+            {"lower_heights": (0.3, 0.9, 0.3)},
+            "lower_heights[1] = 0.9 m must be less than upper_heights[1] = 0.9 m",
+        ),
+    ],
+    check_joint_names: [
+        ({"joint_names": ("a", "b", "a")}, "three different names"),
+        ({"joint_names": ("a", "", "c")}, "three different names"),
+    ],
+    held: [
+        ({"force_limit_down": (9.0, 0.0, 0.0)}, "force_limit_down = [9, 0, 0] N needs masses"),
+        ({"payload": 1.0}, "carriage_masses[0] = 0 kg must be greater than 0 kg, as payload = 1"),
+        ({"carriage_masses": (1.0, 1.0, 1.0)}, "platform_mass = 0 kg must be greater than 0 kg"),
+        ({**WEIGHED, "arm_centres": (0.5, 0.6, 0.5)}, "arm centre = 0.6 must be 0.5 for a uniform"),
+        ({**WEIGHED, "force_limit_up": (60.0, 20.0, 60.0)}, "force_limit_up[1] = 20 N cannot hold"),
+    ],
+    shaper_of: WRONG_MODES,
+    shaped: WRONG_MODES,
+    swing_of: [
         ({"swing_points": (0.0, 0.0)}, "swing_points has 2 elements, expected three for each"),
         ({"swing_frequencies": (15.0,)}, "has 1 elements, expected 3 or 6 for each of 1 points"),
         ({"swing_points": (0.0,) * 5 + (0.1,)}, "expected 3 or 6 for each of 2 points"),
         ({"swing_points": (0.0,) * 6, "swing_frequencies": (9.0,) * 6}, "must be different"),
         ({"swing_frequencies": (0.5, 0.0, 0.0)}, "swing_frequencies[0] = 0.5 Hz must be at least"),
         (
-            {
-                "swing_points": (0.0, 0.0, 0.2, 0.0, 0.0, 0.4),
-                "swing_frequencies": (9.0, 0.0, 9.0, 9.0, 0.0, 0.0),
-            },
+            {"swing_points": LOW_AND_HIGH, "swing_frequencies": (9.0, 0.0, 9.0, 9.0, 0.0, 0.0)},
             "swing_frequencies[5] = 0 Hz must be at least 1 Hz, or 0 at each of the points",
         ),
         ({"swing_dampings": (0.1, 0.1)}, "swing_dampings has 2 elements, expected 1 or 3"),
         ({"swing_shares": (1.0,) * 6}, "swing_shares has 6 elements, expected 1 or 3"),
         ({"swing_frequencies": (9.0,) * 6}, "sum of the shares along x = 2 must be at most 1"),
     ],
+}
+
+
+@pytest.mark.parametrize(
+    ("check", "changes", "words"),
+    [(check, *case) for check, cases in REFUSED.items() for case in cases],
 )
-def test_numbers_that_make_no_swing_are_refused(changes, words):
+def test_values_that_do_not_fit_together_are_refused_by_name_and_number(check, changes, words):
+    table = SIMULATOR_NODE if check is swing_of else IK_NODE
+    check(values(table))
     with pytest.raises(KinematicsError) as refused:
-        swing_of(swinging(**changes))
+        check(values(table, **changes))
     assert words in str(refused.value)

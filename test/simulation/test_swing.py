@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from strategies import reproducible
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind, residual
@@ -40,9 +41,8 @@ def after_ramp(frequency, damping, speed, time):
 
 
 @pytest.mark.parametrize("dt", STEPS)
-@pytest.mark.parametrize("axis", range(3))
-@settings(derandomize=True, max_examples=20)
-@given(frequencies, dampings)
+@settings(reproducible, max_examples=20)
+@given(st.integers(0, 2), frequencies, dampings)
 def test_a_ramp_is_answered_as_in_closed_form(dt, axis, frequency, damping):
     swing = swing_of(frequency, damping, axis)
     for step in range(1, round(0.2 / dt) + 1):
@@ -57,26 +57,6 @@ def test_a_ramp_is_answered_as_in_closed_form(dt, axis, frequency, damping):
         felt = -2.0 * damping * omega * rate - omega**2 * behind
         assert state.acceleration[axis] == pytest.approx(felt, abs=1e-8)
         assert all(state.position[i] == HOME[i] for i in range(3) if i != axis)
-
-
-@settings(derandomize=True, max_examples=30)
-@given(frequencies, dampings)
-def test_a_step_is_answered_as_in_closed_form(frequency, damping):
-    """A platform that is led away at once: a ramp of a microsecond."""
-    swing, dt, way = swing_of(frequency, damping), 1e-6, 0.001
-    target = (HOME[0] + way, *HOME[1:])
-    swing.step(target, dt)
-    omega = math.tau * frequency
-    damped = omega * math.sqrt(1.0 - damping**2)
-    for step in range(1, 100):
-        time = 0.002 * step
-        state = swing.step(target, 0.002)
-        fading = math.exp(-damping * omega * time)
-        # x'' + 2 d w (x' - u') + w^2 (x - u) = 0 with x(0) = 0, x'(0) = 2 d w times the step.
-        behind = -fading * (
-            math.cos(damped * time) - damping * omega / damped * math.sin(damped * time)
-        )
-        assert state.position[0] - target[0] == pytest.approx(way * behind, abs=2e-3 * way)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.03, 0.5])
@@ -94,20 +74,6 @@ def test_motion_in_pieces_of_lines_is_the_same_with_any_step(damping):
         ends.append((*state.position, *state.velocity))
     assert np.ptp(ends, axis=0) == pytest.approx(np.zeros(6), abs=1e-12)
     assert abs(ends[0][2] - 0.03) > 1e-5
-
-
-def test_acceleration_is_the_second_derivative_of_the_position():
-    swing, dt = swing_of(15.0, 0.03, axis=1), 1e-4
-    states = []
-    for step in range(4000):
-        time = min(step * dt, 0.15)
-        way = 0.05 * (10 * (t := time / 0.15) ** 3 - 15 * t**4 + 6 * t**5)
-        states.append(swing.step((0.0, HOME[1] + way, 0.3), dt))
-    places = np.array([state.position[1] for state in states[1:]])
-    felt = np.array([state.acceleration[1] for state in states[1:]])
-    second = np.diff(places, 2) / dt**2
-    # What is felt jumps with the velocity of the led place in each step: 2 d w of that.
-    assert np.abs(second - felt[1:-1]).max() < 0.01 * np.abs(felt).max()
 
 
 def test_modes_along_an_axis_share_the_swing():
@@ -165,7 +131,7 @@ def test_a_frequency_is_given_at_points_and_lies_between_them_elsewhere():
     assert BETWEEN.frequencies((0.0, 0.0, 1e6)) == pytest.approx([16.0])
 
 
-@settings(derandomize=True)
+@reproducible
 @given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3).map(tuple))
 def test_no_frequency_is_beyond_those_of_the_points(position):
     assert 12.0 <= BETWEEN.frequencies(position)[0] <= 20.0

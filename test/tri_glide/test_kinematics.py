@@ -46,26 +46,6 @@ def relative_error(found, wanted):
     return float((difference / np.linalg.norm(wanted, axis=-1)).max())
 
 
-@pytest.mark.parametrize("symmetric", [True, False], ids=["symmetric", "unequal"])
-def test_forward_gives_back_what_inverse_took(symmetric):
-    rng = np.random.default_rng(20240501)
-    for _ in range(many(10)):
-        machine = TriGlide(random_geometry(rng, symmetric))
-        positions = random_positions(machine, rng, 200, max_condition=20.0)
-        velocities = rng.normal(size=positions.shape)
-        back, rates_back = [], []
-        for position, velocity in zip(positions.tolist(), velocities.tolist()):
-            heights = machine.inverse(position)
-            same_heights, rates = machine.inverse_velocity(position, velocity)
-            same_position, velocity_back = machine.forward_velocity(heights, rates)
-            assert same_heights == heights
-            assert same_position == machine.forward(heights)
-            back.append(same_position)
-            rates_back.append(velocity_back)
-        assert relative_error(back, positions) < 1e-12
-        assert relative_error(rates_back, velocities) < 1e-12
-
-
 @reproducible
 @given(geometries, st.integers(0, 2**32 - 1))
 def test_roundtrip_is_as_good_as_the_condition_number_allows(geometry, seed):
@@ -79,21 +59,6 @@ def test_roundtrip_is_as_good_as_the_condition_number_allows(geometry, seed):
     assert np.isfinite(back[condition < 1e6]).all()
     error = np.linalg.norm(back - positions, axis=1) / (size * condition)
     assert np.nanmax(error, initial=0.0) < 64.0 * EPS
-
-
-@pytest.mark.parametrize("symmetric", [True, False], ids=["symmetric", "unequal"])
-def test_inverse_gives_back_what_forward_took(symmetric):
-    rng = np.random.default_rng(7)
-    for _ in range(20):
-        machine = TriGlide(random_geometry(rng, symmetric))
-        size = max(machine.geometry.arm_lengths)
-        heights = rng.uniform(-0.8 * size, 0.8 * size, (1000, 3))
-        positions = machine.forward_batch(heights)
-        solved = np.isfinite(positions[:, 0])
-        assert 50 < solved.sum() < 1000
-        good = np.flatnonzero(solved)[machine.condition_number_batch(positions[solved]) < 1e4]
-        again = machine.inverse_batch(positions[good])
-        np.testing.assert_allclose(again, heights[good], rtol=0.0, atol=1e-11 * size)
 
 
 @reproducible
@@ -166,6 +131,12 @@ def test_jacobian_turns_platform_velocity_into_height_rates():
         jacobian = np.array(machine.jacobian(position))
         columns = [machine.inverse_velocity(position, unit)[1] for unit in np.eye(3).tolist()]
         np.testing.assert_allclose(jacobian, np.transpose(columns), rtol=1e-13, atol=1e-15)
+        velocity = rng.normal(size=3).tolist()
+        heights, rates = machine.inverse_velocity(position, velocity)
+        assert heights == machine.inverse(position)
+        again, velocity_again = machine.forward_velocity(heights, rates)
+        assert again == machine.forward(heights)
+        assert relative_error([again, velocity_again], [position, velocity]) < 1e-12
         expected = np.linalg.svd(jacobian, compute_uv=False)[[0, 2]]
         np.testing.assert_allclose(machine.singular_values(position), expected, rtol=1e-12)
 
@@ -239,8 +210,6 @@ def test_batch_across_blocks(geometry):
     assert {777, 34_567} <= set(np.flatnonzero(np.isnan(back).any(axis=1)).tolist())
     same = machine.forward_batch(np.asfortranarray(heights[across]))
     np.testing.assert_array_equal(back[across], same)
-    assert machine.inverse_batch(np.empty((0, 3))).shape == (0, 3)
-    assert machine.forward_batch(np.empty((0, 3))).shape == (0, 3)
 
 
 def test_any_three_numbers_are_a_position():

@@ -1,0 +1,127 @@
+"""How commands answer a mistake: with an exit code, a line that names it, and no file."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from tri_glide_kinematics.command_line import COMMANDS
+
+CONFIG = Path(__file__).parents[2] / "config"
+FILES = {
+    "parsec.yaml": "unit: parsec",
+    "anchors.yaml": "unit: mm\nnominal: {anchors: [[0, 200]], arm_lengths: [1, 2, 3]}",
+    "travel.yaml": "/**:\n  ros__parameters:\n    lower_heights: [0.3, 0.9, 0.3]\n",
+    "nowhere.yaml": "/**:\n  ros__parameters:\n    max_condition_number: 1.5\n",
+    "frame.yaml": "frame: table\nsteps:\n- move: {to: [0, 0, 0.2]}\n- move: {to: [0, 0, 0.25]}\n",
+    "rest.nc": "M2\n",
+    "far.nc": "G1 X1 F100\nX1000\nM2\n",
+    "long.nc": "G1 X1 F100\nG4 P60\nM2\n",
+    "short.nc": "G1 X1 F100\nM2\n",
+}
+SWING = "config/ringdown_example.csv"
+TOUCHES = "config/measurements_example.yaml"
+DRAWN = "--output . --parameters config/tri_glide.yaml --settings config/program_settings.yaml"
+MOTION = "--speed 1 --acceleration 9"
+
+
+@pytest.fixture
+def answer(tmp_path, monkeypatch, capsys):
+    """Return a function that runs a command line: it returns exit code and errors."""
+    (tmp_path / "config").symlink_to(CONFIG)
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text)
+    monkeypatch.chdir(tmp_path)
+    before = set(tmp_path.iterdir())
+
+    def run(line):
+        name, *arguments = shlex.split(line)
+        monkeypatch.setattr(sys, "argv", [name, *arguments])
+        try:
+            code = import_module(f"tri_glide_kinematics.{COMMANDS[name].module}").main()
+        except SystemExit as end:
+            code = end.code
+        assert set(tmp_path.iterdir()) == before
+        return code, capsys.readouterr().err
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("calibrate parsec.yaml --output out", "parsec"),
+        ("calibrate anchors.yaml --output out", "anchors"),
+        ("calibrate none.yaml --output out", "No such file"),
+        (f"calibrate {TOUCHES} --output parsec.yaml", "cannot write to"),
+        ("ringdown none.csv", "none.csv: cannot be read: No such file"),
+        (f"ringdown {SWING} --from 99", "from 99 to inf s there are 0 samples"),
+        (f"ringdown {SWING} --picture /proc/no/p.png", "cannot write to /proc/no/p.png"),
+        (f"ringdown {SWING} --write /proc/no/m.yaml", "/proc/no/m.yaml: cannot be written"),
+        (f"draw_motion rest.nc {DRAWN}", "nothing in it moves"),
+        (f"draw_motion far.nc {DRAWN}", "line 2"),
+        (f"draw_motion long.nc {DRAWN} --rate 100000", "name a lower --rate"),
+        (f"draw_motion short.nc {DRAWN} --settings none.yaml", "none.yaml: cannot be read"),
+        (f"draw_motion frame.yaml {DRAWN}", "in the frame table"),
+        ("judge none.csv --parameters config/tri_glide.yaml", "cannot be read"),
+        (f"size --cylinder 0.1 -0.1 {MOTION}", "cylinder z_max"),
+        ("size --box 0.1 0.1 0.1 --speed 0 --acceleration 9", "speed = 0"),
+        (f"size --cylinder 0.1 0.12 {MOTION} --drive /nowhere.yaml", "nowhere.yaml"),
+        ("draw_machine none.yaml --output .", "none.yaml"),
+        ("draw_machine nowhere.yaml --output .", "the platform may be nowhere"),
+        ("describe_machine none.yaml", "none.yaml"),
+        ("describe_machine travel.yaml", "lower_heights[1]"),
+    ],
+)
+def test_a_mistake_gets_one_line(answer, line, words):
+    name = line.split()[0]
+    code, error = answer(line)
+    # Of a recording, 1 tells that limits are not kept.
+    assert code == (2 if name == "judge" else 1)
+    assert error.startswith(f"{name}: error: ")
+    assert words in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        (f"calibrate {TOUCHES} --next -1", "from 0 to 100"),
+        (f"calibrate {TOUCHES} --next 101", "from 0 to 100"),
+        (f"calibrate {TOUCHES} --next many", "from 0 to 100"),
+        ("ringdown", "either files, or --machine"),
+        (f"ringdown {SWING} --machine", "either files, or --machine"),
+        (f"ringdown {SWING} --heights", "--heights is for --machine"),
+        (f"ringdown {SWING} --from soon", "--from"),
+        (f"ringdown {SWING} --to nan", "--to"),
+        (f"ringdown {SWING} --shaper best", "--shaper"),
+        ("draw_motion short.nc --rate 0", "--rate 0: must be from 1 to 100000 Hz"),
+        ("draw_machine a.yaml --resolution 0", "--resolution 0: must be greater than 0 m"),
+        ("describe_machine a.yaml --rod-distance 0", "--rod-distance 0: must be greater than 0"),
+        ("identify", "either a recording, or --excite"),
+        ("identify run.csv --excite b.yaml", "either a recording, or --excite"),
+        ("identify run.csv --any-arms --write b.yaml", "--write is for uniform arms"),
+        ("identify run.csv --known 'arm 1'", "--known"),
+        ("identify run.csv --known 'arm 1=much'", "--known"),
+        ("identify run.csv --duration 10", "--duration is for"),
+        ("identify --excite b.yaml --duration 0", "--duration 0: must be greater than 0 s"),
+        ("identify --excite b.yaml --known 'arm 1=1'", "--known is for"),
+        ("drive steps.yaml --settings a.yaml", "--settings is for programs"),
+        ("drive steps.yaml --optional-stops", "--optional-stops is for programs"),
+        ("drive steps.yaml --from 3", "--from is for programs"),
+        ("drive part.nc --unit m", "--unit is for points: their names end in .csv"),
+        ("drive part.nc --from 0", "--from is 0, must be at least 1"),
+        ("drive part.csv --from -7 --check", "--from is -7, must be at least 1"),
+        ("drive part.nc --parameters a.yaml", "--parameters is for --check"),
+        ("drive part.nc --check --go-on", "--go-on is not for --check"),
+        ("drive part.nc --from 3 --go-on", "not allowed with"),
+    ],
+)
+def test_options_that_mean_nothing_or_would_be_ignored_are_refused(answer, line, words):
+    code, error = answer(line)
+    assert code == 2
+    assert words in error
