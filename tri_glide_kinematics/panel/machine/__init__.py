@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.machine.link import Identity as Identity
     from tri_glide_kinematics.panel.machine.link import MachineLink as MachineLink
     from tri_glide_kinematics.panel.machine.link import NewestWish as NewestWish
-    from tri_glide_kinematics.panel.machine.message_history import Entry as Entry
+    from tri_glide_kinematics.panel.machine.operator_requests import Entry as Entry
     from tri_glide_kinematics.panel.machine.operator_requests import Event as Event
     from tri_glide_kinematics.panel.machine.operator_requests import (
         OperatorRequests as OperatorRequests,
