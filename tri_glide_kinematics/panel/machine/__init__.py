@@ -5,9 +5,6 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.panel.machine.button_jogs import RENEWALS as RENEWALS
-    from tri_glide_kinematics.panel.machine.button_jogs import JogWatch as JogWatch
-    from tri_glide_kinematics.panel.machine.button_jogs import Steps as Steps
     from tri_glide_kinematics.panel.machine.facts import NAMES as NAMES
     from tri_glide_kinematics.panel.machine.facts import Bounds as Bounds
     from tri_glide_kinematics.panel.machine.facts import MachineFacts as MachineFacts
@@ -21,8 +18,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.machine.link import Identity as Identity
     from tri_glide_kinematics.panel.machine.link import MachineLink as MachineLink
     from tri_glide_kinematics.panel.machine.link import NewestWish as NewestWish
+    from tri_glide_kinematics.panel.machine.operator_requests import RENEWALS as RENEWALS
     from tri_glide_kinematics.panel.machine.operator_requests import Entry as Entry
     from tri_glide_kinematics.panel.machine.operator_requests import Event as Event
+    from tri_glide_kinematics.panel.machine.operator_requests import JogWatch as JogWatch
     from tri_glide_kinematics.panel.machine.operator_requests import (
         OperatorRequests as OperatorRequests,
     )
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
         OperatorsInput as OperatorsInput,
     )
     from tri_glide_kinematics.panel.machine.operator_requests import PagesBar as PagesBar
+    from tri_glide_kinematics.panel.machine.operator_requests import Steps as Steps
     from tri_glide_kinematics.panel.machine.operator_requests import pages_text as pages_text
     from tri_glide_kinematics.panel.machine.status import FAULT as FAULT
     from tri_glide_kinematics.panel.machine.status import READY as READY
