@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.mechanisms.drawing import PALE as PALE
     from tri_glide_kinematics.panel.mechanisms.drawing import fitted as fitted
     from tri_glide_kinematics.panel.mechanisms.drawing import rgb as rgb
-    from tri_glide_kinematics.panel.mechanisms.picture import Track as Track
+    from tri_glide_kinematics.panel.mechanisms.questions import Track as Track
     from tri_glide_kinematics.panel.mechanisms.show import (
         MechanismRequests as MechanismRequests,
     )

@@ -10,7 +10,7 @@ import numpy as np
 from viser import LabelHandle, LineSegmentsHandle, PointCloudHandle, SceneApi
 
 from tri_glide_kinematics.mechanisms.pictures import BLUE, GREEN, ORANGE, PURPLE, bounds
-from tri_glide_kinematics.panel.mechanisms.picture import Branch
+from tri_glide_kinematics.panel.mechanisms.questions import Branch
 from tri_glide_kinematics.panel.mechanisms.show import Show
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
