@@ -36,7 +36,7 @@ from tri_glide_kinematics.panel.machine import (
 )
 from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
-from tri_glide_kinematics.panel.program_files import ProgramFolder, Uploads
+from tri_glide_kinematics.panel.programs import ProgramFolder, Uploads
 from tri_glide_kinematics.panel.tabs import (
     DriveTab,
     LiveView,
