@@ -15,7 +15,6 @@ import viser
 
 from tri_glide_kinematics.control import IDLE
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.machine import (
     LARGEST_LAG,
     Feeds,
@@ -26,6 +25,7 @@ from tri_glide_kinematics.panel.machine import (
 )
 from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
 from tri_glide_kinematics.panel.markup import bar, note, table
+from tri_glide_kinematics.panel.tabs.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.machine_map import MachineMap
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import edge_rings
