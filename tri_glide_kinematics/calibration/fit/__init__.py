@@ -50,8 +50,6 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.calibration.fit.model import positions_of as positions_of
     from tri_glide_kinematics.calibration.fit.next_points import Proposal as Proposal
-    from tri_glide_kinematics.calibration.fit.priors import Knowledge as Knowledge
-    from tri_glide_kinematics.calibration.fit.priors import Priors as Priors
     from tri_glide_kinematics.calibration.fit.result import Calibration as Calibration
     from tri_glide_kinematics.calibration.fit.result import Residual as Residual
     from tri_glide_kinematics.calibration.fit.result import in_words as in_words
@@ -60,7 +58,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.fit.solving import starting_state as starting_state
     from tri_glide_kinematics.calibration.fit.unknowns import PARAMETER_NAMES as PARAMETER_NAMES
     from tri_glide_kinematics.calibration.fit.unknowns import FramePlacement as FramePlacement
+    from tri_glide_kinematics.calibration.fit.unknowns import Knowledge as Knowledge
     from tri_glide_kinematics.calibration.fit.unknowns import MachineParameters as MachineParameters
+    from tri_glide_kinematics.calibration.fit.unknowns import Priors as Priors
     from tri_glide_kinematics.calibration.fit.unknowns import State as State
     from tri_glide_kinematics.calibration.fit.unknowns import Unknowns as Unknowns
     from tri_glide_kinematics.calibration.fit.unknowns import rotation_by as rotation_by

@@ -28,7 +28,6 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.fit.model import MeasurementModel, Region
-from tri_glide_kinematics.calibration.fit.priors import Knowledge, Priors
 from tri_glide_kinematics.calibration.fit.result import (
     Calibration,
     Residual,
@@ -46,7 +45,13 @@ from tri_glide_kinematics.calibration.fit.solving import (
     solve_at_once,
     starting_state,
 )
-from tri_glide_kinematics.calibration.fit.unknowns import MachineParameters, State, Unknowns
+from tri_glide_kinematics.calibration.fit.unknowns import (
+    Knowledge,
+    MachineParameters,
+    Priors,
+    State,
+    Unknowns,
+)
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.wording import number_text
 

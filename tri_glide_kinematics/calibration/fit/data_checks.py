@@ -16,11 +16,12 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.fit.model import MeasurementModel, Region, heights_of
-from tri_glide_kinematics.calibration.fit.priors import PRIOR_KINDS, Priors
 from tri_glide_kinematics.calibration.fit.unknowns import (
     MACHINE,
     PARAMETER_NAMES,
+    PRIOR_KINDS,
     MachineParameters,
+    Priors,
     State,
 )
 from tri_glide_kinematics.wording import number_text

@@ -38,8 +38,7 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Plate,
     Touch,
 )
-from tri_glide_kinematics.calibration.fit.priors import PRIOR_KINDS, Priors
-from tri_glide_kinematics.calibration.fit.unknowns import MachineParameters
+from tri_glide_kinematics.calibration.fit.unknowns import PRIOR_KINDS, MachineParameters, Priors
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import UNITS, FileError, Keys, load_yaml, whole_yaml

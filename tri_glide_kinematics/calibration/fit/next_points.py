@@ -26,10 +26,10 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.fit.model import MeasurementModel, Region, positions_of
-from tri_glide_kinematics.calibration.fit.priors import Knowledge
 from tri_glide_kinematics.calibration.fit.solving import Solution
 from tri_glide_kinematics.calibration.fit.unknowns import (
     MACHINE,
+    Knowledge,
     MachineParameters,
     State,
     Unknowns,

@@ -12,13 +12,15 @@ from scipy.special import chdtrc
 from tri_glide_kinematics.calibration.fit.measurements import Measurement, Plate
 from tri_glide_kinematics.calibration.fit.model import Region, plane_basis, position_derivatives
 from tri_glide_kinematics.calibration.fit.next_points import Proposal, next_points
-from tri_glide_kinematics.calibration.fit.priors import Knowledge, Priors, Spectrum
 from tri_glide_kinematics.calibration.fit.solving import Solution
 from tri_glide_kinematics.calibration.fit.unknowns import (
     MACHINE,
     PARAMETER_NAMES,
     FramePlacement,
+    Knowledge,
     MachineParameters,
+    Priors,
+    Spectrum,
     Unknowns,
 )
 from tri_glide_kinematics.checks import finite_array, finite_vector

@@ -14,10 +14,11 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Touch,
 )
 from tri_glide_kinematics.calibration.fit.model import MeasurementModel, positions_of
-from tri_glide_kinematics.calibration.fit.priors import Knowledge, Spectrum
 from tri_glide_kinematics.calibration.fit.unknowns import (
     MACHINE,
     FramePlacement,
+    Knowledge,
+    Spectrum,
     State,
     plate_numbers,
 )
