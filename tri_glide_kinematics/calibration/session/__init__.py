@@ -15,15 +15,15 @@ if TYPE_CHECKING:
         length_text as length_text,
     )
     from tri_glide_kinematics.calibration.session.calibration_report import report as report
-    from tri_glide_kinematics.calibration.session.height_record import KEPT as KEPT
-    from tri_glide_kinematics.calibration.session.height_record import HeightRecord as HeightRecord
-    from tri_glide_kinematics.calibration.session.height_record import (
-        RecordingError as RecordingError,
-    )
+    from tri_glide_kinematics.calibration.session.leading import KEPT as KEPT
     from tri_glide_kinematics.calibration.session.leading import Delivery as Delivery
+    from tri_glide_kinematics.calibration.session.leading import HeightRecord as HeightRecord
     from tri_glide_kinematics.calibration.session.leading import Leading as Leading
     from tri_glide_kinematics.calibration.session.leading import LeadingError as LeadingError
     from tri_glide_kinematics.calibration.session.leading import MachineView as MachineView
+    from tri_glide_kinematics.calibration.session.leading import (
+        RecordingError as RecordingError,
+    )
     from tri_glide_kinematics.calibration.session.probing import BACK_TOLERANCE as BACK_TOLERANCE
     from tri_glide_kinematics.calibration.session.probing import LETTING_GO as LETTING_GO
     from tri_glide_kinematics.calibration.session.probing import LONGEST_STOP as LONGEST_STOP

@@ -23,7 +23,7 @@ from tri_glide_kinematics.calibration.fit import (
     calibrate,
     measurement_text,
 )
-from tri_glide_kinematics.calibration.session.height_record import RecordingError
+from tri_glide_kinematics.calibration.session.leading import RecordingError
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file, write_file
 from tri_glide_kinematics.tri_glide import TriGlide
