@@ -49,8 +49,8 @@ if TYPE_CHECKING:
         position_derivatives as position_derivatives,
     )
     from tri_glide_kinematics.calibration.fit.model import positions_of as positions_of
-    from tri_glide_kinematics.calibration.fit.next_points import Proposal as Proposal
     from tri_glide_kinematics.calibration.fit.result import Calibration as Calibration
+    from tri_glide_kinematics.calibration.fit.result import Proposal as Proposal
     from tri_glide_kinematics.calibration.fit.result import Residual as Residual
     from tri_glide_kinematics.calibration.fit.result import in_words as in_words
     from tri_glide_kinematics.calibration.fit.result import named_directions as named_directions
