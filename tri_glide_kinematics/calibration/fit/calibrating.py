@@ -18,7 +18,6 @@ from tri_glide_kinematics.calibration.fit.data_checks import (
     check_reach,
     check_spread,
     check_units,
-    names_of,
 )
 from tri_glide_kinematics.calibration.fit.measurements import (
     Distance,
@@ -26,6 +25,7 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Measurement,
     Plate,
     Touch,
+    names_of,
 )
 from tri_glide_kinematics.calibration.fit.model import MeasurementModel, Region
 from tri_glide_kinematics.calibration.fit.result import (

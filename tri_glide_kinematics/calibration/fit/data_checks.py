@@ -14,6 +14,7 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Measurement,
     Plate,
     Touch,
+    names_of,
 )
 from tri_glide_kinematics.calibration.fit.model import MeasurementModel, Region, heights_of
 from tri_glide_kinematics.calibration.fit.unknowns import (
@@ -95,18 +96,6 @@ SHORTEST_ARM = 0.001
 
 IN_MILLIMETRES = "is it in millimetres (unit: mm)?"
 IN_METRES = "is it in metres (unit: m)?"
-
-
-def names_of(measurements: Sequence[Measurement]) -> list[str]:
-    """Return a name for each: its kind and its number among those, from 1."""
-    kinds = {Touch: "touch", MeasuredPosition: "position", Distance: "distance"}
-    counts: Counter[str] = Counter()
-    names = []
-    for one in measurements:
-        kind = kinds[type(one)]
-        counts[kind] += 1
-        names.append(f"{kind} {counts[kind]}")
-    return names
 
 
 def check_plates(measurements: Sequence[Measurement]) -> None:

@@ -10,6 +10,7 @@ position or a plate is given in the frame of the machine.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -130,6 +131,18 @@ class Distance:
 
 
 Measurement = Touch | MeasuredPosition | Distance
+
+
+def names_of(measurements: Sequence[Measurement]) -> list[str]:
+    """Return a name for each: its kind and its number among those, from 1."""
+    kinds = {Touch: "touch", MeasuredPosition: "position", Distance: "distance"}
+    counts: Counter[str] = Counter()
+    names = []
+    for one in measurements:
+        kind = kinds[type(one)]
+        counts[kind] += 1
+        names.append(f"{kind} {counts[kind]}")
+    return names
 
 
 def _store(measurement: object, name: str, value: object) -> None:

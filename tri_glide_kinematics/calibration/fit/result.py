@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
-from tri_glide_kinematics.calibration.fit.data_checks import names_of
 from tri_glide_kinematics.calibration.fit.measurements import (
     BASE,
     CalibrationError,
@@ -21,6 +20,7 @@ from tri_glide_kinematics.calibration.fit.measurements import (
     Measurement,
     Plate,
     Touch,
+    names_of,
 )
 from tri_glide_kinematics.calibration.fit.model import (
     MeasurementModel,

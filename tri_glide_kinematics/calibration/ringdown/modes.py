@@ -520,8 +520,8 @@ def _are_alike(one: Oscillation, other: Oscillation) -> bool:
 # A move excites only the modes that lie in its direction, so a mode is seen in some of the swings.
 # What is found in two of them is one mode if the numbers differ by no more than three standard
 # deviations, or than a shaper would notice. Its frequency and damping are means, weighted by the
-# inverse variances. If the swings differ by more than their standard deviations say, as modes do from
-# place to place and with the size of the swing, that of the mean grows by as much.
+# inverse variances. If the swings differ by more than their standard deviations say, as modes do
+# from place to place and with the size of the swing, that of the mean grows by as much.
 
 # Numbers that differ by so many standard deviations may be the same.
 ALIKE_DEVIATIONS = 3.0

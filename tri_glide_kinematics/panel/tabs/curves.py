@@ -1,4 +1,4 @@
-"""Curves of the last seconds: the sliders' motion; the platform's swing, with the tab of its shaper."""
+"""Curves of the last seconds: the sliders' motion, and the swing with the tab of its shaper."""
 
 from __future__ import annotations
 
