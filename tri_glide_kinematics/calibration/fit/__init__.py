@@ -5,16 +5,16 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.calibration.fit.calibrating import calibrate as calibrate
-    from tri_glide_kinematics.calibration.fit.data_checks import (
+    from tri_glide_kinematics.calibration.fit.calibrating import (
         NoMachineThereError as NoMachineThereError,
     )
-    from tri_glide_kinematics.calibration.fit.data_checks import OnePlaceError as OnePlaceError
-    from tri_glide_kinematics.calibration.fit.data_checks import (
+    from tri_glide_kinematics.calibration.fit.calibrating import OnePlaceError as OnePlaceError
+    from tri_glide_kinematics.calibration.fit.calibrating import (
         TooFewMeasurementsError as TooFewMeasurementsError,
     )
-    from tri_glide_kinematics.calibration.fit.data_checks import WrongUnitError as WrongUnitError
-    from tri_glide_kinematics.calibration.fit.data_checks import check_machine as check_machine
+    from tri_glide_kinematics.calibration.fit.calibrating import WrongUnitError as WrongUnitError
+    from tri_glide_kinematics.calibration.fit.calibrating import calibrate as calibrate
+    from tri_glide_kinematics.calibration.fit.calibrating import check_machine as check_machine
     from tri_glide_kinematics.calibration.fit.measurement_file import FIRST_LINE as FIRST_LINE
     from tri_glide_kinematics.calibration.fit.measurement_file import (
         MeasurementFile as MeasurementFile,
