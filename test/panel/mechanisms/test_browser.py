@@ -14,7 +14,7 @@ from testing.browser import DESKTOP, PHONE, browser, find_browser
 from tri_glide_kinematics.mechanisms.pictures import BLUE, GREEN, ORANGE
 from tri_glide_kinematics.panel.machine_scene import light_plainly
 from tri_glide_kinematics.panel.mechanisms import PALE, rgb
-from tri_glide_kinematics.panel.tabs.curves import CurveLimits, Curves
+from tri_glide_kinematics.panel.tabs import CurveLimits, Curves
 
 pytestmark = [
     pytest.mark.nodes,

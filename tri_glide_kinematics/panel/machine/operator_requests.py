@@ -164,8 +164,6 @@ class Steps:
         return self.target
 
 
-# Requests of the operator: the node fulfils those of the page that has the controls, or says why not.
-
 # The history of messages: what the page has told its operators, and when.
 
 # As many are kept, and of each so many characters.
