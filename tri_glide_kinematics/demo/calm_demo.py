@@ -22,8 +22,9 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.demo.client import DEEP_QUEUE, MACHINE
 from tri_glide_kinematics.demo.running import (
+    DEEP_QUEUE,
+    MACHINE,
     MOVE_TIMEOUT,
     PATIENCE,
     START_TIMEOUT,

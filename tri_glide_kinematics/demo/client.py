@@ -9,17 +9,21 @@ import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from numpy.typing import NDArray
 from rclpy.parameter import parameter_value_to_python
-from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.demo.running import MOVE_TIMEOUT, START_TIMEOUT, DemoNode
+from tri_glide_kinematics.demo.running import (
+    DEEP_QUEUE,
+    MACHINE,
+    MOVE_TIMEOUT,
+    START_TIMEOUT,
+    DemoNode,
+)
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import CommandStream
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, polylines_of
 from tri_glide_kinematics.ros.messages import vector_of
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 
@@ -55,12 +59,10 @@ class Leg:
         return float(np.linalg.norm(np.subtract(self.target, self.reached)))
 
 
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
 TOLERANCE = 1e-4  # m between a target and the pose measured back
 SETTLED_POSES = 10  # measured poses that have to agree
 SETTLED = 5e-6  # m, within which they do
 JOG_PERIOD = 0.02  # s between two renewals of the twist
-DEEP_QUEUE = QoSProfile(depth=5000)  # few commands may be lost: their differences are judged
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from pathlib import Path
 import rclpy
 from rclpy.node import Node
 from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import QoSProfile
 from rclpy.utilities import ok
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -24,12 +25,15 @@ from tri_glide_kinematics.ros.starting import (
     raise_at_signals,
     shut_down,
 )
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
 # A busy computer may let the simulated machine wait for longer than a real one ever falls silent,
 # and follow from farther behind.
 PATIENCE = ("-p", "measured_timeout:=2.0", "-p", "tracking_error_limit:=0.3")
 
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+DEEP_QUEUE = QoSProfile(depth=5000)  # few commands may be lost: their differences are judged
 
 START_TIMEOUT = 20.0  # s
 MOVE_TIMEOUT = 60.0  # s
