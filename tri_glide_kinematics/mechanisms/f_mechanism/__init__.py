@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.mechanisms.f_mechanism.arcs import EventKind as EventKind
+    from tri_glide_kinematics.mechanisms.f_mechanism.curve import EventKind as EventKind
     from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import (
         DegenerateLinkageError as DegenerateLinkageError,
     )
