@@ -35,8 +35,9 @@ from tri_glide_kinematics.reason_log import ReasonLog
 #
 # A browser lets any page of the world connect to this computer. It tells the server which page that
 # is (the origin) and by which name it found the server (the host). The owner of a name can make it
-# lead here (DNS rebinding), so the host has to be an address. Programs may tell any origin and host,
-# so the token decides. It comes in the address; the answer has the browser keep it as a cookie.
+# lead here (DNS rebinding), so the host has to be an address. Programs may tell any origin and
+# host, so the token decides. It comes in the address; the answer has the browser keep it as a
+# cookie.
 
 QUERY = "token"
 # The cookie lasts for so long after the page was last opened [s].
@@ -267,10 +268,10 @@ def _read(file: Path) -> str:
 
 # viser's server, which answers only those who are let in, and hears only what a page may say.
 #
-# viser cannot refuse a connection. It serves by ``websockets``, which can: a request that is refused
-# in the handshake gets its answer (403), and nothing else of its connection is read. So viser finds,
-# while it starts, another ``serve``, which asks the admission first. If viser does not use it, there
-# is no server.
+# viser cannot refuse a connection. It serves by ``websockets``, which can: a request that is
+# refused in the handshake gets its answer (403), and nothing else of its connection is read. So
+# viser finds, while it starts, another ``serve``, which asks the admission first. If viser does not
+# use it, there is no server.
 
 FORBIDDEN, OK = 403, 200  # status codes of HTTP
 WRONG_VERSION = 1002  # "protocol error" of RFC 6455

@@ -5,19 +5,19 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.panel.machine.feeds import LARGEST_LAG as LARGEST_LAG
-    from tri_glide_kinematics.panel.machine.feeds import Feeds as Feeds
-    from tri_glide_kinematics.panel.machine.feeds import MotionFeed as MotionFeed
-    from tri_glide_kinematics.panel.machine.feeds import SteadyTimes as SteadyTimes
-    from tri_glide_kinematics.panel.machine.feeds import SwingFeed as SwingFeed
+    from tri_glide_kinematics.panel.machine.link import LARGEST_LAG as LARGEST_LAG
     from tri_glide_kinematics.panel.machine.link import NAMES as NAMES
     from tri_glide_kinematics.panel.machine.link import NOBODY as NOBODY
     from tri_glide_kinematics.panel.machine.link import TABLE as TABLE
     from tri_glide_kinematics.panel.machine.link import Bounds as Bounds
+    from tri_glide_kinematics.panel.machine.link import Feeds as Feeds
     from tri_glide_kinematics.panel.machine.link import Identity as Identity
     from tri_glide_kinematics.panel.machine.link import MachineFacts as MachineFacts
     from tri_glide_kinematics.panel.machine.link import MachineLink as MachineLink
+    from tri_glide_kinematics.panel.machine.link import MotionFeed as MotionFeed
     from tri_glide_kinematics.panel.machine.link import NewestWish as NewestWish
+    from tri_glide_kinematics.panel.machine.link import SteadyTimes as SteadyTimes
+    from tri_glide_kinematics.panel.machine.link import SwingFeed as SwingFeed
     from tri_glide_kinematics.panel.machine.operator_requests import RENEWALS as RENEWALS
     from tri_glide_kinematics.panel.machine.operator_requests import Entry as Entry
     from tri_glide_kinematics.panel.machine.operator_requests import Event as Event
