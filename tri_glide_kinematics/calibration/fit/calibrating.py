@@ -10,16 +10,24 @@ from functools import partial
 import numpy as np
 from scipy.special import chdtr, chdtrc
 
-from tri_glide_kinematics.calibration.fit.measurements import (
+from tri_glide_kinematics.calibration.fit.model import MeasurementModel, Region, heights_of
+from tri_glide_kinematics.calibration.fit.numbers import (
+    MACHINE,
+    PARAMETER_NAMES,
+    PRIOR_KINDS,
     CalibrationError,
     Distance,
+    Knowledge,
+    MachineParameters,
     MeasuredPosition,
     Measurement,
     Plate,
+    Priors,
+    State,
     Touch,
+    Unknowns,
     names_of,
 )
-from tri_glide_kinematics.calibration.fit.model import MeasurementModel, Region, heights_of
 from tri_glide_kinematics.calibration.fit.result import (
     Calibration,
     Residual,
@@ -36,16 +44,6 @@ from tri_glide_kinematics.calibration.fit.solving import (
     solve,
     solve_at_once,
     starting_state,
-)
-from tri_glide_kinematics.calibration.fit.unknowns import (
-    MACHINE,
-    PARAMETER_NAMES,
-    PRIOR_KINDS,
-    Knowledge,
-    MachineParameters,
-    Priors,
-    State,
-    Unknowns,
 )
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.wording import number_text

@@ -30,15 +30,17 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from tri_glide_kinematics import keys
-from tri_glide_kinematics.calibration.fit.measurements import (
+from tri_glide_kinematics.calibration.fit.numbers import (
     BASE,
+    PRIOR_KINDS,
     CalibrationError,
     Distance,
+    MachineParameters,
     MeasuredPosition,
     Plate,
+    Priors,
     Touch,
 )
-from tri_glide_kinematics.calibration.fit.unknowns import PRIOR_KINDS, MachineParameters, Priors
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import UNITS, FileError, Keys, load_yaml, whole_yaml

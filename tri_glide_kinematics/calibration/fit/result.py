@@ -12,16 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
-from tri_glide_kinematics.calibration.fit.measurements import (
-    BASE,
-    CalibrationError,
-    Distance,
-    MeasuredPosition,
-    Measurement,
-    Plate,
-    Touch,
-    names_of,
-)
 from tri_glide_kinematics.calibration.fit.model import (
     MeasurementModel,
     Region,
@@ -29,18 +19,26 @@ from tri_glide_kinematics.calibration.fit.model import (
     position_derivatives,
     positions_of,
 )
-from tri_glide_kinematics.calibration.fit.solving import Solution
-from tri_glide_kinematics.calibration.fit.unknowns import (
+from tri_glide_kinematics.calibration.fit.numbers import (
+    BASE,
     MACHINE,
     PARAMETER_NAMES,
+    CalibrationError,
+    Distance,
     FramePlacement,
     Knowledge,
     MachineParameters,
+    MeasuredPosition,
+    Measurement,
+    Plate,
     Priors,
     Spectrum,
     State,
+    Touch,
     Unknowns,
+    names_of,
 )
+from tri_glide_kinematics.calibration.fit.solving import Solution
 from tri_glide_kinematics.checks import finite_array, finite_vector
 from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
