@@ -16,8 +16,14 @@ from viser import _messages as messages
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import OutsideFolderError, file_in
-from tri_glide_kinematics.panel.machine import Bounds, MachineFacts, OperatorRequests, clock_text
-from tri_glide_kinematics.panel.markup import note, table
+from tri_glide_kinematics.panel.machine import (
+    Bounds,
+    MachineFacts,
+    OperatorRequests,
+    clock_text,
+    note,
+    table,
+)
 from tri_glide_kinematics.panel.program_reading import (
     Answer,
     Mark,

@@ -20,9 +20,9 @@ from tri_glide_kinematics.wording import number_text
 # All slider heights are the *reported* ones, as the drives (and ``joint_states``) say them. A
 # ``height_offset`` is what is **added** to a reported height to get the true one above the base.
 #
-# The place that is measured is that of the platform centre. A tip that is fixed to the platform moves
-# as the centre does; its constant offset shifts all that is measured, which only matters where a
-# position or a plate is given in the frame of the machine.
+# The place that is measured is that of the platform centre. A tip that is fixed to the platform
+# moves as the centre does; its constant offset shifts all that is measured, which only matters
+# where a position or a plate is given in the frame of the machine.
 
 
 class CalibrationError(KinematicsError):

@@ -31,10 +31,15 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.machine.operator_requests import PagesBar as PagesBar
     from tri_glide_kinematics.panel.machine.operator_requests import Steps as Steps
     from tri_glide_kinematics.panel.machine.operator_requests import pages_text as pages_text
-    from tri_glide_kinematics.panel.machine.status import FAULT as FAULT
-    from tri_glide_kinematics.panel.machine.status import READY as READY
-    from tri_glide_kinematics.panel.machine.status import WARNING as WARNING
-    from tri_glide_kinematics.panel.machine.status import clock_text as clock_text
-    from tri_glide_kinematics.panel.machine.status import outside_text as outside_text
+    from tri_glide_kinematics.panel.machine.words import FAULT as FAULT
+    from tri_glide_kinematics.panel.machine.words import READY as READY
+    from tri_glide_kinematics.panel.machine.words import WARNING as WARNING
+    from tri_glide_kinematics.panel.machine.words import bar as bar
+    from tri_glide_kinematics.panel.machine.words import clock_text as clock_text
+    from tri_glide_kinematics.panel.machine.words import code as code
+    from tri_glide_kinematics.panel.machine.words import legend as legend
+    from tri_glide_kinematics.panel.machine.words import note as note
+    from tri_glide_kinematics.panel.machine.words import outside_text as outside_text
+    from tri_glide_kinematics.panel.machine.words import table as table
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

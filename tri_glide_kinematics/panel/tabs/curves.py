@@ -21,8 +21,8 @@ from tri_glide_kinematics.panel.machine import (
     OperatorsInput,
     SteadyTimes,
     SwingFeed,
+    note,
 )
-from tri_glide_kinematics.panel.markup import note
 from tri_glide_kinematics.settings import NO_SHAPER, Values
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text

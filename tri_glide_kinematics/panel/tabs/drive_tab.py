@@ -15,8 +15,8 @@ from tri_glide_kinematics.panel.machine import (
     NewestWish,
     OperatorRequests,
     OperatorsInput,
+    note,
 )
-from tri_glide_kinematics.panel.markup import note
 from tri_glide_kinematics.vectors import Vector3
 
 HOLD = "hold"

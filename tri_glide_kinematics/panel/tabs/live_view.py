@@ -22,9 +22,11 @@ from tri_glide_kinematics.panel.machine import (
     MotionFeed,
     OperatorRequests,
     SteadyTimes,
+    bar,
+    note,
+    table,
 )
 from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
-from tri_glide_kinematics.panel.markup import bar, note, table
 from tri_glide_kinematics.panel.tabs.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.machine_map import MachineMap
 from tri_glide_kinematics.vectors import FloatArray, Vector3

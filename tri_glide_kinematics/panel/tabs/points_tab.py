@@ -15,8 +15,7 @@ import yaml
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import load_yaml
-from tri_glide_kinematics.panel.machine import OperatorRequests, OperatorsInput
-from tri_glide_kinematics.panel.markup import note, table
+from tri_glide_kinematics.panel.machine import OperatorRequests, OperatorsInput, note, table
 from tri_glide_kinematics.programs import DriveFileError, PathStep, load_drive
 from tri_glide_kinematics.vectors import Vector3
 

@@ -17,10 +17,13 @@ from tri_glide_kinematics.panel.machine import (
     NewestWish,
     OperatorRequests,
     OperatorsInput,
+    bar,
     clock_text,
+    code,
+    note,
+    table,
 )
 from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
-from tri_glide_kinematics.panel.markup import bar, code, note, table
 from tri_glide_kinematics.panel.program_reading import (
     CUT,
     OUTSIDE,
