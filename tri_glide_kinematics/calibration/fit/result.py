@@ -43,7 +43,7 @@ from tri_glide_kinematics.checks import finite_array, finite_vector
 from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.vectors import FloatArray, Vector3, minus
+from tri_glide_kinematics.vectors import FloatArray, Vector3, minus, three
 from tri_glide_kinematics.workspace import Workspace
 
 # Which measurements would help most: D-optimal choice, one after the other.
@@ -219,8 +219,7 @@ def _seen(place: Vector3, frame: str, state: State) -> Vector3:
     if frame not in state.frames:
         return place
     placement = state.frames[frame]
-    x, y, z = (placement.rotation @ place + placement.shift).tolist()
-    return x, y, z
+    return three(placement.rotation @ place + placement.shift)
 
 
 # The result of a calibration.
@@ -473,8 +472,7 @@ class Calibration:
             Shape (3,) [m]; infinite where nothing is known, NaN where the arms do not reach.
         """
         place = finite_vector("position", position, 3)
-        x, y, z = self.position_uncertainties([place], aligned=aligned)[0].tolist()
-        return x, y, z
+        return three(self.position_uncertainties([place], aligned=aligned)[0])
 
     def position_uncertainties(self, positions: ArrayLike, *, aligned: bool = False) -> FloatArray:
         """Return the same for many positions. Shape (n, 3) [m]."""

@@ -20,7 +20,16 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     pins_at,
     rod_jacobian,
 )
-from tri_glide_kinematics.vectors import FloatArray, Vector3, combined, cross, dot, minus, scaled
+from tri_glide_kinematics.vectors import (
+    FloatArray,
+    Vector3,
+    combined,
+    cross,
+    dot,
+    minus,
+    scaled,
+    three,
+)
 
 # The positions of an F-mechanism as a smooth curve over its drive.
 #
@@ -403,8 +412,7 @@ def branch_directions(curve: Curve, x: Vector3) -> tuple[Vector3, Vector3] | Non
 
 
 def _unit(vector: FloatArray) -> Vector3:
-    x, y, z = (vector / np.linalg.norm(vector)).tolist()
-    return x, y, z
+    return three(vector / np.linalg.norm(vector))
 
 
 # The walk from arc to arc.

@@ -18,7 +18,7 @@ import viser
 from tri_glide_kinematics.control import IDLE, JOGGING, MOVING, Cause, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine.link import MachineLink
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, plus, scaled
 
 # Jogs by buttons: held, or step by step.
 
@@ -158,8 +158,7 @@ class Steps:
             self.drop()
         start = self.target or place
         if start is not None:
-            x, y, z = start
-            self.target = (x + step[0], y + step[1], z + step[2])
+            self.target = plus(start, step)
             self._sent_at = now
         return self.target
 
@@ -391,8 +390,7 @@ class OperatorRequests:
             # Should it get the controls now, it has to press again.
             self._hold.bar(page)
         elif self._hold.renew(page, direction, time.monotonic()):
-            x, y, z = direction
-            self.link.jog((speed * x, speed * y, speed * z))
+            self.link.jog(scaled(direction, speed))
 
     def end_hold(self) -> None:
         """Let a button that is held move nothing before it was released."""
