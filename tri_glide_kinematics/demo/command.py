@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from collections.abc import Sequence
@@ -21,11 +20,11 @@ from tri_glide_kinematics.demo.running import (
     DEEP_QUEUE,
     MACHINE,
     MOVE_TIMEOUT,
-    PATIENCE,
     START_TIMEOUT,
     DemoNode,
     demo_parser,
     in_millimetres,
+    node_arguments,
     ros_that_ctrl_c_ends,
     run_command,
     say,
@@ -36,7 +35,7 @@ from tri_glide_kinematics.motion.limits import QUANTITIES, SliderLimits
 from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, SegmentKind, polylines_of
 from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.ros.messages import vector_of
-from tri_glide_kinematics.ros.starting import NodeProcesses, default_parameter_file
+from tri_glide_kinematics.ros.starting import NodeProcesses
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 if TYPE_CHECKING:
@@ -106,9 +105,9 @@ class MachineSettings:
 class DemoClient(DemoNode):
     """Publishes targets, and collects commands and measured poses."""
 
-    def __init__(self, namespace: str) -> None:
-        """Join the machine in ``namespace``."""
-        super().__init__("tri_glide_demo", namespace)
+    def __init__(self) -> None:
+        """Join the machine of this demonstration."""
+        super().__init__("tri_glide_demo")
         self.commands: list[JointState] = []
         self.path: list[Vector3] = []
         self._pose_target = self.create_publisher(PoseStamped, "target_pose", 10)
@@ -413,16 +412,13 @@ def _span(leg: Leg, stream: CommandStream) -> Span:
 
 def demonstrate(folder: Path) -> int:
     """Start the nodes, drive, and return the exit code."""
-    # A namespace of its own keeps the demonstration away from a machine on this computer.
-    namespace = f"/tri_glide_demo_{os.getpid()}"
-    arguments = ["--params-file", str(default_parameter_file()), "-r", f"__ns:={namespace}"]
     legs: list[Leg] = []
     with NodeProcesses() as processes:
         say("starting simulator_node, ik_node and fk_node as processes")
         for name in ("simulator_node", "ik_node", "fk_node"):
-            processes.start(name, [*arguments, *PATIENCE, "--log-level", "WARN"])
+            processes.start(name, node_arguments())
         with ros_that_ctrl_c_ends():
-            client = DemoClient(namespace)
+            client = DemoClient()
             settings = drive(client, legs)
             stream, lost = client.stream(settings)
     use = LimitUse.of(stream, settings.limits, lost)
