@@ -45,7 +45,6 @@ def constant(value: float) -> FloatArray:
     return np.array(value, dtype=np.float64)
 
 
-@dataclass(frozen=True)
 class LoopConstants:
     """The numbers of a linkage that the loop needs.
 
@@ -72,48 +71,27 @@ class LoopConstants:
         is_kite: whether a = d and b = c, so that crank pin and rocker pivot can meet.
     """
 
-    trig_scale: FloatArray
-    stretched_gap: FloatArray
-    folded_gap: FloatArray
-    stretched_half_gap: FloatArray
-    folded_half_gap: FloatArray
-    least_diagonal: FloatArray
-    coupler_less_rocker: FloatArray
-    ground_less_crank: FloatArray
-    offset_x: FloatArray
-    scale: FloatArray
-    ground: FloatArray
-    coupler: float
-    kite_scale: float
-    stretches: bool
-    folds: bool
-    is_limited: bool
-    is_kite: bool
-
-    @classmethod
-    def of(cls, lengths: LinkLengths) -> LoopConstants:
+    def __init__(self, lengths: LinkLengths) -> None:
         """Work out the constants of a linkage."""
         a, b, c, d = lengths.scaled
         size = lengths.longest
-        return cls(
-            trig_scale=constant(2.0 * math.sqrt(a * d)),
-            stretched_gap=constant(lengths.stretched_gap),
-            folded_gap=constant(lengths.folded_gap),
-            stretched_half_gap=constant(0.5 * lengths.stretched_gap),
-            folded_half_gap=constant(0.5 * lengths.folded_gap),
-            least_diagonal=constant((d - a) ** 2),
-            coupler_less_rocker=constant((b - c) * (b + c)),
-            ground_less_crank=constant((d - a) * (d + a)),
-            offset_x=constant(size * (d - a)),
-            scale=constant(0.5 * size / d),
-            ground=constant(size * d),
-            coupler=b,
-            kite_scale=0.25 * size / a,
-            stretches=lengths.stretches,
-            folds=lengths.folds,
-            is_limited=lengths.stretched_gap < 0.0 or lengths.folded_gap < 0.0,
-            is_kite=a == d and b == c,
-        )
+        self.trig_scale = constant(2.0 * math.sqrt(a * d))
+        self.stretched_gap = constant(lengths.stretched_gap)
+        self.folded_gap = constant(lengths.folded_gap)
+        self.stretched_half_gap = constant(0.5 * lengths.stretched_gap)
+        self.folded_half_gap = constant(0.5 * lengths.folded_gap)
+        self.least_diagonal = constant((d - a) ** 2)
+        self.coupler_less_rocker = constant((b - c) * (b + c))
+        self.ground_less_crank = constant((d - a) * (d + a))
+        self.offset_x = constant(size * (d - a))
+        self.scale = constant(0.5 * size / d)
+        self.ground = constant(size * d)
+        self.coupler = b
+        self.kite_scale = 0.25 * size / a
+        self.stretches = lengths.stretches
+        self.folds = lengths.folds
+        self.is_limited = lengths.stretched_gap < 0.0 or lengths.folded_gap < 0.0
+        self.is_kite = a == d and b == c
 
 
 _CHUNK = 8192
