@@ -289,8 +289,7 @@ def without_plane_motion(judged: Judged) -> FloatArray:
     basis = plane_basis(judged.targets, (0.0, 0.0)).reshape(-1, 3)
     errors = judged.errors.ravel()
     motion, *_ = np.linalg.lstsq(basis, errors, rcond=None)
-    left: FloatArray = (errors - basis @ motion).reshape(-1, 3)
-    return left
+    return (errors - basis @ motion).reshape(-1, 3)
 
 
 def table(verdict: Verdict) -> str:

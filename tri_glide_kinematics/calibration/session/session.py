@@ -465,8 +465,7 @@ def _parameters(calibration: Calibration) -> str:
 
 def _for_table(lengths: FloatArray) -> FloatArray:
     """Return lengths [m] in millimetres, without a sign where a zero is written."""
-    rounded: FloatArray = np.round(MILLIMETRES * lengths, 4) + 0.0
-    return rounded
+    return np.round(MILLIMETRES * lengths, 4) + 0.0
 
 
 def _places(uncertainty: UncertaintyMap) -> str:

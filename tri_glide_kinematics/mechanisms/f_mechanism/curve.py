@@ -125,13 +125,12 @@ class Curve:
         difference = abs(self.drive.rates[0] - self.drive.rates[rod])
         arm, base = abs(platform), abs(offset)
         with_cranks = crank_a * (1.0 + rate_a**2) ** 1.5 + crank * (1.0 + rate**2) ** 1.5
-        bound: float = (
+        return (
             rod_a * arm * 2.0**1.5
             + (rod_a + arm) * (base + with_cranks)
             + base * (crank_a * rate_a**3 + crank * rate**3)
             + crank_a * crank * difference**3
         )
-        return bound
 
     def _at(self, x: Vector3) -> tuple[complex, complex, CrankPins]:
         """Vector of rod A, direction of the platform and crank pins at a point."""

@@ -382,28 +382,27 @@ class BranchSweep(Sweep):
     @property
     def coupler_velocities(self) -> FloatArray:
         """In [rad/s]; NaN at a limit, where it is infinite. Shape (n,)."""
-        return self._row(2)
+        return self.motion[2]
 
     @property
     def rocker_velocities(self) -> FloatArray:
         """In [rad/s]; NaN at a limit, where it is infinite. Shape (n,)."""
-        return self._row(3)
+        return self.motion[3]
 
     @property
     def coupler_accelerations(self) -> FloatArray:
         """In [rad/s^2]; NaN at a limit. Shape (n,)."""
-        return self._row(4)
+        return self.motion[4]
 
     @property
     def rocker_accelerations(self) -> FloatArray:
         """In [rad/s^2]; NaN at a limit. Shape (n,)."""
-        return self._row(5)
+        return self.motion[5]
 
     @property
     def is_reachable(self) -> NDArray[np.bool_]:
         """Whether the linkage can be closed at the crank angle. Shape (n,)."""
-        reachable: NDArray[np.bool_] = ~np.isnan(self.motion[0])
-        return reachable
+        return ~np.isnan(self.motion[0])
 
     @property
     def is_singular(self) -> NDArray[np.bool_]:
@@ -441,8 +440,7 @@ class BranchSweep(Sweep):
     @property
     def transmission_angles(self) -> FloatArray:
         """Angle between coupler and rocker at the rocker pin, in [0, pi]. Shape (n,)."""
-        angles: FloatArray = np.abs(np.angle(self._rocker * self._coupler.conj()))
-        return angles
+        return np.abs(np.angle(self._rocker * self._coupler.conj()))
 
     def point_of_coupler_plane(self, x: float, y: float) -> PointMotion:
         """Motion of a point that is fixed to the coupler: its positions are a coupler curve.
@@ -464,23 +462,15 @@ class BranchSweep(Sweep):
             self.frame.place(position), self.frame.turn(velocity), self.frame.turn(acceleration)
         )
 
-    def _row(self, index: int) -> FloatArray:
-        row: FloatArray = self.motion[index]
-        return row
-
     @property
     def _crank(self) -> ComplexArray:
         """Crank pivot to crank pin in the ground frame, in [m]."""
-        crank: ComplexArray = self.lengths.crank * np.exp(
-            1j * (self.crank_angles - self.frame.angle)
-        )
-        return crank
+        return self.lengths.crank * np.exp(1j * (self.crank_angles - self.frame.angle))
 
     @property
     def _rocker_pin(self) -> ComplexArray:
         """Crank pivot to rocker pin in the ground frame, in [m]."""
-        pin: ComplexArray = self.motion[0] + 1j * self.motion[1]
-        return pin
+        return self.motion[0] + 1j * self.motion[1]
 
     @property
     def _coupler(self) -> ComplexArray:

@@ -138,8 +138,7 @@ class History:
 
     def values(self, quantity: int) -> FloatArray:
         """Return one quantity of all sliders, oldest first. Shape (3, n)."""
-        values: FloatArray = self._ring.values()[quantity]
-        return values
+        return self._ring.values()[quantity]
 
 
 SWING_SPAN = 4.0  # s
