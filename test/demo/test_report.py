@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.demo.client import Leg, lost_before
-from tri_glide_kinematics.demo.command import is_good, table
+from tri_glide_kinematics.demo.command import Leg, is_good, lost_before, table
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.motion.limits import SliderLimits
 

@@ -11,7 +11,7 @@ import pytest
 
 from testing.browser import Browser, Page, find_browser
 from testing.panel import STOP, Panel, button, field, tab
-from tri_glide_kinematics.panel.program_files import NO_FILE
+from tri_glide_kinematics.panel.programs import NO_FILE
 
 pytestmark = [
     pytest.mark.slow,

@@ -22,7 +22,7 @@ from websockets.typing import Origin, Subprotocol
 
 from testing.page_attack import message as packed
 from testing.page_reader import CAMERA, messages_in
-from tri_glide_kinematics.panel.guard import UnguardedPageError, message_of
+from tri_glide_kinematics.panel.admission import UnguardedPageError, message_of
 from tri_glide_kinematics.panel.page import Page, PortTakenError
 
 PROTOCOL = f"viser-v{viser.__version__}"

@@ -10,7 +10,7 @@ import pytest
 from viser import _messages as messages
 
 from tri_glide_kinematics.panel.machine import OperatorRequests
-from tri_glide_kinematics.panel.program_files import (
+from tri_glide_kinematics.panel.programs import (
     LARGEST,
     NO_FILE,
     PIECE,

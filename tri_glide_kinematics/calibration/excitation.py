@@ -16,7 +16,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind, SliderLimits, Trajectory, plan_move
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import SequencePlan
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.workspace import Workspace
 
 # All moves together take so long at most [s].
@@ -89,8 +89,7 @@ def exciting_moves(
             raise NoMovesError(TRIALS)
     else:
         workspace.check_position(start)
-        x, y, z = map(float, start)
-        place = (x, y, z)
+        place = three(start)
     positions, moves = [place], []
     known = A_LITTLE * np.eye(len(UNIFORM_ARMS))
     while left > 0.0:

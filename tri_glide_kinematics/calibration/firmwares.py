@@ -24,7 +24,7 @@ from tri_glide_kinematics.calibration.fit import MachineParameters
 from tri_glide_kinematics.checks import finite, finite_vector
 from tri_glide_kinematics.equal_numbers import first_smallest
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.wording import number_text
 
 # Angles of the towers A, B and C without corrections, counter-clockwise from the x axis [degrees].
@@ -98,7 +98,7 @@ class KlipperDelta(_Settings):
         """Return the settings for a machine; ``end_stops`` as in ``machine``."""
         towers = _Towers(machine, end_stops)
         radius = float(towers.radii.mean())
-        settings = cls(radius, _three(towers.angles), _three(towers.arms), _three(towers.heights))
+        settings = cls(radius, three(towers.angles), three(towers.arms), three(towers.heights))
         return Converted(settings, towers.order, towers.shift)
 
     def __str__(self) -> str:
@@ -156,12 +156,12 @@ class MarlinDelta(_Settings):
         rod, height = float(towers.arms.mean()), float(towers.heights.min())
         settings = cls(
             height,
-            _three(height - towers.heights),
+            three(height - towers.heights),
             float(towers.radii.mean()),
             (0.0, 0.0, 0.0),
             rod,
-            _three(towers.arms - rod),
-            _three(towers.angles - TOWER_ANGLES),
+            three(towers.arms - rod),
+            three(towers.angles - TOWER_ANGLES),
         )
         return Converted(settings, towers.order, towers.shift)
 
@@ -220,11 +220,11 @@ class RepRapFirmwareDelta(_Settings):
         towers = _Towers(machine, end_stops)
         height = float(towers.heights.mean())
         settings = cls(
-            _three(towers.arms),
+            three(towers.arms),
             float(towers.radii.mean()),
             height,
-            _three(towers.angles - TOWER_ANGLES),
-            _three(towers.heights - height),
+            three(towers.angles - TOWER_ANGLES),
+            three(towers.heights - height),
         )
         return Converted(settings, towers.order, towers.shift)
 
@@ -292,9 +292,4 @@ def _machine(
     geometry = TriGlideGeometry(anchors, lengths)
     rises = np.sqrt(np.square(lengths) - np.square(distances))
     ends = np.array(heights) / MM + rises
-    return MachineParameters(geometry, _three(ends - finite_vector("end_stops", end_stops, 3)))
-
-
-def _three(values: FloatArray) -> Vector3:
-    first, second, third = np.asarray(values).tolist()
-    return first, second, third
+    return MachineParameters(geometry, three(ends - finite_vector("end_stops", end_stops, 3)))

@@ -7,7 +7,6 @@ distances are measured, the machine is calibrated, and ik_node is started again 
 from __future__ import annotations
 
 import math
-import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -36,12 +35,13 @@ from tri_glide_kinematics.calibration.fit import (
 from tri_glide_kinematics.calibration.session import report, save_parameters, solved
 from tri_glide_kinematics.demo.running import (
     MOVE_TIMEOUT,
-    PATIENCE,
     START_TIMEOUT,
     DemoError,
     DemoNode,
     demo_parser,
     in_millimetres,
+    node_arguments,
+    parameter_arguments,
     ros_that_ctrl_c_ends,
     run_command,
     say,
@@ -49,10 +49,7 @@ from tri_glide_kinematics.demo.running import (
 from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.ros.outputs import LATCHED
-from tri_glide_kinematics.ros.starting import (
-    NodeProcesses,
-    default_parameter_file,
-)
+from tri_glide_kinematics.ros.starting import NodeProcesses
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -71,9 +68,9 @@ RESTING = 1e-7
 class CalibrationClient(DemoNode):
     """Moves, asks, and looks at the true pose, which no real machine publishes."""
 
-    def __init__(self, namespace: str) -> None:
-        """Join the machine in ``namespace``."""
-        super().__init__("tri_glide_calibration_demo", namespace)
+    def __init__(self) -> None:
+        """Join the machine of this demonstration."""
+        super().__init__("tri_glide_calibration_demo")
         self._clients_of: dict[str, Any] = {}
 
     def wait_for_machine(self) -> None:
@@ -292,8 +289,7 @@ def without_plane_motion(judged: Judged) -> FloatArray:
     basis = plane_basis(judged.targets, (0.0, 0.0)).reshape(-1, 3)
     errors = judged.errors.ravel()
     motion, *_ = np.linalg.lstsq(basis, errors, rcond=None)
-    left: FloatArray = (errors - basis @ motion).reshape(-1, 3)
-    return left
+    return (errors - basis @ motion).reshape(-1, 3)
 
 
 def table(verdict: Verdict) -> str:
@@ -424,13 +420,9 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     truth = wrong_machine(seed)
     save_parameters(folder / TRUTH, truth)
-    namespace = f"/tri_glide_demo_{os.getpid()}"
 
     def arguments(*files: Path) -> list[str]:
-        found = ["-r", f"__ns:={namespace}", "--log-level", "WARN"]
-        for file in (default_parameter_file(), *files):
-            found += ["--params-file", str(file)]
-        return [*found, *PATIENCE, "-p", f"twist_timeout:={TWIST_TIMEOUT}"]
+        return [*node_arguments(*files), "-p", f"twist_timeout:={TWIST_TIMEOUT}"]
 
     say(f"a machine that is wrong by {USUAL_ERRORS}")
     with NodeProcesses() as processes:
@@ -441,7 +433,7 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
         processes.start("calibration_node", [*arguments(), *plate, *files, *_assumed()])
         believing = processes.start("ik_node", arguments())
         with ros_that_ctrl_c_ends():
-            client = CalibrationClient(namespace)
+            client = CalibrationClient()
             client.wait_for_machine()
             say("looking where it truly goes")
             before = judge(client)
@@ -477,7 +469,7 @@ def _assumed() -> list[str]:
         "prior_common_arm_length": USUAL_ERRORS.common_arm_length,
         "contact_delay": CONTACT_DELAY,
     }
-    return [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
+    return parameter_arguments(values)
 
 
 def main() -> int:

@@ -7,7 +7,6 @@ knows, tells how much it swings after its setpoints have come to rest, and for h
 from __future__ import annotations
 
 import math
-import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -22,14 +21,16 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.demo.client import DEEP_QUEUE, MACHINE
 from tri_glide_kinematics.demo.running import (
+    DEEP_QUEUE,
+    MACHINE,
     MOVE_TIMEOUT,
-    PATIENCE,
     START_TIMEOUT,
     DemoError,
     DemoNode,
     demo_parser,
+    node_arguments,
+    parameter_arguments,
     ros_that_ctrl_c_ends,
     run_command,
     say,
@@ -38,7 +39,7 @@ from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.ros.outputs import LATCHED
-from tri_glide_kinematics.ros.starting import NodeProcesses, default_parameter_file
+from tri_glide_kinematics.ros.starting import NodeProcesses
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 if TYPE_CHECKING:
@@ -152,9 +153,9 @@ def _moved(places: FloatArray) -> list[int]:
 class CalmClient(DemoNode):
     """Commands motions, and records setpoints and where the platform truly is."""
 
-    def __init__(self, namespace: str) -> None:
-        """Join the machine in ``namespace``."""
-        super().__init__("tri_glide_calm_demo", namespace)
+    def __init__(self) -> None:
+        """Join the machine of this demonstration."""
+        super().__init__("tri_glide_calm_demo")
         self._heights: list[Vector3] = []
         self._places: list[Vector3] = []
         self._states: list[int] = []
@@ -343,21 +344,18 @@ def save_swings(folder: Path, swings: Sequence[Swing], close: float) -> Path:
 
 def demonstrate(folder: Path) -> int:
     """Start the nodes, drive, judge, and return the exit code."""
-    namespace = f"/tri_glide_demo_{os.getpid()}"
-    arguments = ["--params-file", str(default_parameter_file()), "-r", f"__ns:={namespace}"]
-    arguments += ["--log-level", "WARN", *PATIENCE, "-p", f"rate:={1.0 / PERIOD}"]
+    arguments = [*node_arguments(), "-p", f"rate:={1.0 / PERIOD}"]
     swinging = {
         "swing_frequencies": [FREQUENCY] * 3,
         "swing_dampings": [DAMPING],
         "setpoint_period": PERIOD,
     }
-    mode = [word for name, value in swinging.items() for word in ("-p", f"{name}:={value}")]
     with NodeProcesses() as processes:
         say(f"starting a machine that swings at {FREQUENCY:g} Hz, damping {DAMPING:g}")
-        processes.start("simulator_node", [*arguments, *mode])
+        processes.start("simulator_node", [*arguments, *parameter_arguments(swinging)])
         processes.start("ik_node", arguments)
         with ros_that_ctrl_c_ends():
-            swings = drive(CalmClient(namespace))
+            swings = drive(CalmClient())
     print(f"\n{table(swings)}\n")
     say(f"picture: {save_swings(folder, swings, CLOSE)}")
     good = is_calm(swings)

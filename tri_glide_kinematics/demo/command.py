@@ -2,32 +2,293 @@
 
 from __future__ import annotations
 
-import os
 import sys
+import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from numpy.typing import NDArray
+from rclpy.parameter import parameter_value_to_python
+from rclpy.time import Time
+from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.demo.client import TOLERANCE, DemoClient, Leg, MachineSettings
 from tri_glide_kinematics.demo.running import (
-    PATIENCE,
+    DEEP_QUEUE,
+    MACHINE,
+    MOVE_TIMEOUT,
+    START_TIMEOUT,
+    DemoNode,
     demo_parser,
     in_millimetres,
+    node_arguments,
     ros_that_ctrl_c_ends,
     run_command,
     say,
 )
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import LIMIT_TOLERANCE, CommandStream, LimitUse
 from tri_glide_kinematics.motion.limits import QUANTITIES, SliderLimits
-from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
+from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, SegmentKind, polylines_of
 from tri_glide_kinematics.picture_commands import save_figure
-from tri_glide_kinematics.ros.starting import NodeProcesses, default_parameter_file
+from tri_glide_kinematics.ros.messages import vector_of
+from tri_glide_kinematics.ros.starting import NodeProcesses
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.figures import Span
+
+
+# The node of the demonstration, as a user would write it: it sends targets and listens.
+
+
+@dataclass(frozen=True)
+class Leg:
+    """One target and what became of it.
+
+    Attributes:
+        name: of the target.
+        target: position to be reached [m]; None for a jog, which has none.
+        reached: measured position at the end [m].
+        duration: from the command to the end [s].
+        first: its first row in the stream of commands.
+        end: the row after its last.
+        deviation: largest distance of its setpoints from its path; 0 for a leg without one [m].
+        tolerance: of that path [m].
+    """
+
+    name: str
+    target: Vector3 | None
+    reached: Vector3
+    duration: float
+    first: int
+    end: int
+    deviation: float = 0.0
+    tolerance: float = 0.0
+
+    @property
+    def error(self) -> float:
+        """Distance between target and measured position [m]; zero for a jog."""
+        if self.target is None:
+            return 0.0
+        return float(np.linalg.norm(np.subtract(self.target, self.reached)))
+
+
+TOLERANCE = 1e-4  # m between a target and the pose measured back
+SETTLED_POSES = 10  # measured poses that have to agree
+SETTLED = 5e-6  # m, within which they do
+JOG_PERIOD = 0.02  # s between two renewals of the twist
+
+
+@dataclass(frozen=True)
+class MachineSettings:
+    """The facts that the running ``ik_node`` tells.
+
+    Attributes:
+        period: time between two commands [s].
+        limits: of the sliders.
+        travel: lower and upper heights, each of shape (3,) [m].
+        joints: names of the sliders.
+        base_frame: frame of poses and twists.
+    """
+
+    period: float
+    limits: SliderLimits
+    travel: tuple[Vector3, Vector3]
+    joints: tuple[str, ...]
+    base_frame: str
+
+
+class DemoClient(DemoNode):
+    """Publishes targets, and collects commands and measured poses."""
+
+    def __init__(self) -> None:
+        """Join the machine of this demonstration."""
+        super().__init__("tri_glide_demo")
+        self.commands: list[JointState] = []
+        self.path: list[Vector3] = []
+        self._pose_target = self.create_publisher(PoseStamped, "target_pose", 10)
+        self._twist_target = self.create_publisher(TwistStamped, "target_twist", 10)
+        self.create_subscription(JointState, "joint_commands", self.commands.append, DEEP_QUEUE)
+        self.create_subscription(PoseStamped, "platform_pose", self._on_pose, DEEP_QUEUE)
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        self.path.append(vector_of(message.pose.position))
+
+    def spin_for(self, duration: float) -> None:
+        """Spin for ``duration`` seconds."""
+        end = time.monotonic() + duration
+        while (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
+
+    def read_settings(self) -> MachineSettings:
+        """Ask ``ik_node`` for its parameters."""
+        self.wait_for(self.ik_parameters.services_are_ready, START_TIMEOUT, "starting ik_node")
+        names = [
+            "rate",
+            "velocity_limits",
+            "acceleration_limits",
+            "jerk_limits",
+            "lower_heights",
+            "upper_heights",
+            "joint_names",
+            "base_frame",
+        ]
+        answer = self.ik_parameters.get_parameters(names)
+        self.wait_for(answer.done, START_TIMEOUT, "reading the parameters of ik_node")
+        value = dict(zip(names, map(parameter_value_to_python, answer.result().values)))
+        return MachineSettings(
+            1.0 / value["rate"],
+            SliderLimits(
+                value["velocity_limits"], value["acceleration_limits"], value["jerk_limits"]
+            ),
+            (tuple(value["lower_heights"]), tuple(value["upper_heights"])),
+            tuple(value["joint_names"]),
+            value["base_frame"],
+        )
+
+    def wait_for_machine(self) -> None:
+        """Wait until commands and poses flow, and our targets are listened to."""
+        self.wait_for(
+            lambda: bool(
+                self.commands
+                and self.path
+                and self._pose_target.get_subscription_count()
+                and self._twist_target.get_subscription_count()
+                and self.goals.is_ready
+            ),
+            START_TIMEOUT,
+            "starting the machine",
+        )
+
+    def is_at_rest(self) -> bool:
+        """Tell whether the newest command stands still."""
+        return not any(self.commands[-1].velocity)
+
+    def move(self, name: str, target: Vector3, frame: str) -> Leg:
+        """Publish one pose and wait until it is measured back."""
+        message = PoseStamped()
+        message.header.frame_id = frame
+        message.header.stamp = self.get_clock().now().to_msg()
+        position = message.pose.position
+        position.x, position.y, position.z = target
+        self._catch_up()
+        begin, first = time.monotonic(), len(self.commands)
+        self._pose_target.publish(message)
+
+        def has_settled() -> bool:
+            newest = np.array(self.path[-SETTLED_POSES:])
+            return bool(
+                len(self.commands) > first + SETTLED_POSES
+                and self.is_at_rest()
+                and np.ptp(newest, axis=0).max() < SETTLED
+                and np.linalg.norm(newest[-1] - target) < TOLERANCE
+            )
+
+        self.wait_for(has_settled, MOVE_TIMEOUT, f"reaching {name}")
+        return Leg(name, target, self.path[-1], time.monotonic() - begin, first, len(self.commands))
+
+    def follow(self, name: str, start: Vector3, segments: FlatPath, joints: tuple[str, ...]) -> Leg:
+        """Drive along a path by the action, and wait until it tells of the end.
+
+        Setpoints are compared with the path, not measured poses: between two setpoints of which
+        one is late, as this computer is busy, no machine stays on it.
+
+        Raises:
+            DemoError: if it tells of another end than success.
+        """
+        path = at_once(segments.path_from(start))
+        self._catch_up()
+        begin, first = time.monotonic(), len(self.commands)
+        goal = self.goals.follow(segments)
+        self.wait_for_goal(goal, f"driving {name}")
+        self._catch_up()
+        return Leg(
+            name,
+            path.end,
+            vector_of(goal.result.position),
+            time.monotonic() - begin,
+            first,
+            len(self.commands),
+            _largest_distance(MACHINE.forward_batch(self._heights(joints)[first:]), path),
+            float(segments.tolerances.max()),
+        )
+
+    def _catch_up(self) -> None:
+        """Wait for a command of this moment: those before it may still be in a queue."""
+        now = self.get_clock().now()
+        self.wait_for(
+            lambda: Time.from_msg(self.commands[-1].header.stamp) >= now,
+            MOVE_TIMEOUT,
+            "listening to all commands",
+        )
+
+    def jog(self, velocity: Vector3, duration: float, frame: str) -> Leg:
+        """Renew a twist for a while, then fall silent and wait for the stop."""
+        message = TwistStamped()
+        message.header.frame_id = frame
+        linear = message.twist.linear
+        linear.x, linear.y, linear.z = velocity
+        self._catch_up()
+        begin, first = time.monotonic(), len(self.commands)
+        while time.monotonic() - begin < duration:
+            message.header.stamp = self.get_clock().now().to_msg()
+            self._twist_target.publish(message)
+            self.spin_for(JOG_PERIOD)
+        self._catch_up()
+        self.wait_for(self.is_at_rest, MOVE_TIMEOUT, "stopping after the jog")
+        return Leg("jog", None, self.path[-1], time.monotonic() - begin, first, len(self.commands))
+
+    def _heights(self, joints: tuple[str, ...]) -> list[list[float]]:
+        """Return the heights of all commands so far, in the order of ``joints`` [m]."""
+        rows = [dict(zip(command.name, command.position)) for command in self.commands]
+        return [[row[joint] for joint in joints] for row in rows]
+
+    def stream(self, settings: MachineSettings) -> tuple[CommandStream, NDArray[np.bool_]]:
+        """Return all commands so far, and before which of them others were lost on the way."""
+        stream = CommandStream.from_heights(self._heights(settings.joints), settings.period)
+        published = np.array([command.velocity for command in self.commands])
+        return stream, lost_before(stream, published, max(settings.limits.jerk), settings.period)
+
+
+def lost_before(
+    stream: CommandStream, velocities: FloatArray, jerk: float, period: float
+) -> NDArray[np.bool_]:
+    """Tell before which rows of a ``stream`` others were lost.
+
+    Args:
+        stream: of n rows, each a ``period`` [s] after the last one unless others were lost.
+        velocities: that were published with the heights. Shape (n, 3) [m/s].
+        jerk: largest that a slider is allowed [m/s^3].
+        period: between two commands [s].
+
+    Returns:
+        Shape (n,).
+    """
+    lost = np.zeros(len(velocities), dtype=bool)
+    mean = (velocities[1:] + velocities[:-1]) / 2.0
+    # Over one period the mean of both ends differs from the mean velocity by this at most: that is
+    # the error of the trapezoidal rule for a velocity whose second derivative is the jerk.
+    bound = jerk * period**2 / 12.0
+    lost[1:] = np.any(np.abs(stream.velocities[1:] - mean) > 1.001 * bound + 1e-9, axis=1)
+    return lost
+
+
+def _largest_distance(places: FloatArray, path: PlatformPath) -> float:
+    """Return how far the farthest of some places is from a path as programmed [m].
+
+    Arcs count as their chords, which are some hundredths of a millimetre away.
+    """
+    corners = at_once(polylines_of(path.driven)).programmed
+    steps = np.diff(corners, axis=0)
+    offsets = places[:, np.newaxis] - corners[:-1]
+    parts = np.einsum("ijk,jk->ij", offsets, steps) / np.einsum("jk,jk->j", steps, steps)
+    away = offsets - np.clip(parts, 0.0, 1.0)[..., np.newaxis] * steps
+    return float(np.linalg.norm(away, axis=2).min(axis=1).max())
+
 
 POSES: tuple[tuple[str, Vector3], ...] = (
     ("A", (0.00, 0.00, 0.30)),
@@ -151,16 +412,13 @@ def _span(leg: Leg, stream: CommandStream) -> Span:
 
 def demonstrate(folder: Path) -> int:
     """Start the nodes, drive, and return the exit code."""
-    # A namespace of its own keeps the demonstration away from a machine on this computer.
-    namespace = f"/tri_glide_demo_{os.getpid()}"
-    arguments = ["--params-file", str(default_parameter_file()), "-r", f"__ns:={namespace}"]
     legs: list[Leg] = []
     with NodeProcesses() as processes:
         say("starting simulator_node, ik_node and fk_node as processes")
         for name in ("simulator_node", "ik_node", "fk_node"):
-            processes.start(name, [*arguments, *PATIENCE, "--log-level", "WARN"])
+            processes.start(name, node_arguments())
         with ros_that_ctrl_c_ends():
-            client = DemoClient(namespace)
+            client = DemoClient()
             settings = drive(client, legs)
             stream, lost = client.stream(settings)
     use = LimitUse.of(stream, settings.limits, lost)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 import rclpy
 from rclpy.node import Node
 from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import QoSProfile
 from rclpy.utilities import ok
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -21,15 +23,21 @@ from tri_glide_kinematics.ros.loop import OtherTurns
 from tri_glide_kinematics.ros.starting import (
     COMPUTER,
     choose_transport,
+    default_parameter_file,
     raise_at_signals,
     shut_down,
 )
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
 # A busy computer may let the simulated machine wait for longer than a real one ever falls silent,
 # and follow from farther behind.
 PATIENCE = ("-p", "measured_timeout:=2.0", "-p", "tracking_error_limit:=0.3")
 
+# A namespace of its own keeps a demonstration away from a machine on this computer.
+NAMESPACE = f"/tri_glide_demo_{os.getpid()}"
+MACHINE = TriGlide(DEFAULT_GEOMETRY)
+DEEP_QUEUE = QoSProfile(depth=5000)  # few commands may be lost: their differences are judged
 
 START_TIMEOUT = 20.0  # s
 MOVE_TIMEOUT = 60.0  # s
@@ -49,13 +57,13 @@ class DemoNode(Node):
         ik_parameters: those of ``ik_node``.
     """
 
-    def __init__(self, name: str, namespace: str) -> None:
-        """Join the machine in ``namespace``."""
-        super().__init__(name, namespace=namespace)
+    def __init__(self, name: str) -> None:
+        """Join the machine of this demonstration."""
+        super().__init__(name, namespace=NAMESPACE)
         self._executor = OtherTurns(self)
         # Of a node of their own, which is looked at now and then: a list of all that is waited for
         # is made anew for each message.
-        self.calls = Node(f"{name}_calls", namespace=namespace)
+        self.calls = Node(f"{name}_calls", namespace=NAMESPACE)
         self.goals = GoalSender(self.calls)
         self.ik_parameters = AsyncParameterClient(self.calls, "ik_node")
         self._calls_executor = OtherTurns(self.calls)
@@ -96,6 +104,19 @@ def demo_parser(name: str, description: str | None) -> argparse.ArgumentParser:
         "--output", type=Path, default=Path("out"), help="folder of all files (default: out)"
     )
     return parser
+
+
+def node_arguments(*files: Path) -> list[str]:
+    """Return the arguments of a node that is patient, and told of other parameter ``files``."""
+    found = ["-r", f"__ns:={NAMESPACE}", "--log-level", "WARN"]
+    for file in (default_parameter_file(), *files):
+        found += ["--params-file", str(file)]
+    return [*found, *PATIENCE]
+
+
+def parameter_arguments(values: Mapping[str, object]) -> list[str]:
+    """Return the arguments that give a node the ``values`` of parameters."""
+    return [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
 
 
 def say(text: str) -> None:

@@ -319,17 +319,14 @@ def _turn_about(axis: int, angle: FloatArray) -> FloatArray:
 
 def _rigid_acceleration(omega: FloatArray, alpha: FloatArray, arm: FloatArray) -> FloatArray:
     """Acceleration of the end of an arm of a rigid body against its beginning."""
-    acceleration: FloatArray = np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm))
-    return acceleration
+    return np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm))
 
 
 def _apply(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     """Product of matrices (..., 3, 3) with vectors (..., 3)."""
-    product: FloatArray = (matrix @ vector[..., np.newaxis])[..., 0]
-    return product
+    return (matrix @ vector[..., np.newaxis])[..., 0]
 
 
 def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
     """Inner product along the last axis."""
-    product: FloatArray = np.asarray((first * second).sum(axis=-1))
-    return product
+    return np.asarray((first * second).sum(axis=-1))

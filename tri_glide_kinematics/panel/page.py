@@ -19,11 +19,10 @@ import viser
 from viser import _messages as messages
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.admission import QUERY, Admission
-from tri_glide_kinematics.panel.guard import guarded_server
+from tri_glide_kinematics.panel.admission import QUERY, Admission, guarded_server
 from tri_glide_kinematics.panel.machine import RENEWALS, Entry
 from tri_glide_kinematics.panel.machine_scene import light_plainly
-from tri_glide_kinematics.panel.program_files import PIECE
+from tri_glide_kinematics.panel.programs import PIECE
 
 PING_PERIOD = 0.5  # s
 # After so many periods without an answer, nobody is there.

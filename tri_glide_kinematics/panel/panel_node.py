@@ -36,7 +36,7 @@ from tri_glide_kinematics.panel.machine import (
 )
 from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
-from tri_glide_kinematics.panel.program_files import ProgramFolder, Uploads
+from tri_glide_kinematics.panel.programs import ProgramFolder, Uploads
 from tri_glide_kinematics.panel.tabs import (
     DriveTab,
     LiveView,
@@ -65,6 +65,11 @@ PLACE_REFUSALS = (MachineState.REFUSAL_UNREACHABLE, MachineState.REFUSAL_OUTSIDE
 STRIP_PERIOD = 0.5  # s after which a page is told again what it knows
 
 
+def given_path(values: Values, name: str) -> Path | None:
+    """Return the path that the parameter ``name`` gives; None for an empty one."""
+    return Path(values[name]) if values[name] else None
+
+
 class PanelNode(Node):
     """Draws what it hears 30 times a second, and passes on what the operator wants."""
 
@@ -77,8 +82,7 @@ class PanelNode(Node):
         super().__init__("panel_node")
         values = LiveParameters(self, PANEL_NODE).values
         host = values["host"]
-        token_file = Path(values["token_file"]) if values["token_file"] else default_token_file()
-        token = kept_token(token_file)
+        token = kept_token(given_path(values, "token_file") or default_token_file())
         self._page = Page(host, values["port"], token, self.get_logger().warning)
         self._server = self._page.server
         if not is_loopback(host):
@@ -92,10 +96,9 @@ class PanelNode(Node):
         self._asked_at = -math.inf
         self._jog_watch = JogWatch()
         self._steps = Steps()
-        self._notice_file = Path(values["notice_file"]) if values["notice_file"] else None
+        self._notice_file = given_path(values, "notice_file")
         self._notice = ""
-        again = values["start_again_file"]
-        self._start_again_file = Path(again) if again else None
+        self._start_again_file = given_path(values, "start_again_file")
         self._told: dict[int, tuple[Strip, float]] = {}
         # By page, how much of the history it has.
         self._told_history: dict[int, int] = {}
@@ -144,13 +147,12 @@ class PanelNode(Node):
             )
         with tabs.add_tab("Program"):
             self._program = self._program_tab(values)
-        measurements = values["measurements_file"]
         self._view = LiveView(
             server,
             tabs,
             requests,
             lambda place: self._move_to(place, self._drive.go_speed),
-            Path(measurements) if measurements else None,
+            given_path(values, "measurements_file"),
         )
         with tabs.add_tab("Swing"):
             self._swing = SwingTab(gui, requests)
@@ -165,22 +167,22 @@ class PanelNode(Node):
         self._page.on_presence = requests.answers
 
     def _program_tab(self, values: Values) -> ProgramTab:
-        folder = values["programs_folder"]
         uploads = Uploads(
-            ProgramFolder(Path(folder) if folder else state_folder() / PROGRAMS_FOLDER),
+            ProgramFolder(
+                given_path(values, "programs_folder") or state_folder() / PROGRAMS_FOLDER
+            ),
             self._requests,
             self._page.ask_for_pieces,
         )
         self._page.on_file = uploads.take
         self._server.on_client_disconnect(uploads.closed)
-        kept, settings = values["progress_file"], values["program_settings"]
         return ProgramTab(
             self._server,
             self._requests,
             ProgramLink(self),
             uploads,
-            Path(settings) if settings else default_parameter_file().with_name(SETTINGS),
-            Path(kept) if kept else default_kept_file(self.get_namespace()),
+            given_path(values, "program_settings") or default_parameter_file().with_name(SETTINGS),
+            given_path(values, "progress_file") or default_kept_file(self.get_namespace()),
             self._commanded_position,
         )
 
@@ -354,17 +356,13 @@ class PanelNode(Node):
         controls = self._requests.controls
         refusal, pages = self._requests.refusal, pages_text(controls, page)
         has_controls = controls.holder == page
-        if self._facts is None:
-            reason = self._with_notice(f"nobody answers as {self._link.server}")
-            return Strip(
-                WARNING, "no machine", reason, refusal, pages, "not heard", controls=has_controls
-            )
-        status = self._feeds.status
-        if self._feeds.is_silent:
-            reason = self._with_notice(f"{self._link.server} was {status.word} and tells no more")
-            return Strip(
-                WARNING, "not heard", reason, refusal, pages, "not heard", controls=has_controls
-            )
+        server, status = self._link.server, self._feeds.status
+        if self._facts is None or self._feeds.is_silent:
+            state, reason = "not heard", f"{server} was {status.word} and tells no more"
+            if self._facts is None:
+                state, reason = "no machine", f"nobody answers as {server}"
+            reason = self._with_notice(reason)
+            return Strip(WARNING, state, reason, refusal, pages, "not heard", controls=has_controls)
         color = WARNING if self._notice and status.color != FAULT else status.color
         return Strip(
             color,

@@ -31,7 +31,7 @@ from tri_glide_kinematics.programs import (
     check_program,
     load_program,
 )
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.workspace import Workspace
 
 # Looks of a piece of the path. A piece that joins two paths is not drawn.
@@ -241,8 +241,8 @@ def drawn(program: Program, data: bytes, workspace: Workspace) -> ReadProgram:
         outside,
         tuple(ways),
         np.array([[step.line_at(segment) for step in program.steps] for segment in (0, -1)]),
-        _vector(low),
-        _vector(high),
+        three(low),
+        three(high),
     )
 
 
@@ -317,8 +317,3 @@ def points_of_line(run: PathRun, line: int) -> FloatArray:
         return np.empty((0, 3))
     start = run.segments.start_of(low, run.start)
     return polyline_of(at_once(run.segments.part(low, high).path_from(start)).segments)[0]
-
-
-def _vector(values: NDArray[np.floating]) -> Vector3:
-    x, y, z = map(float, values)
-    return x, y, z

@@ -5,8 +5,7 @@ import math
 import numpy as np
 from f_mechanism_samples import random_mechanism
 
-from tri_glide_kinematics.mechanisms.f_mechanism.arcs import tube
-from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Drive
+from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Drive, tube
 from tri_glide_kinematics.mechanisms.f_mechanism.trace import starting_point
 
 

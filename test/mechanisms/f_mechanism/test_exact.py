@@ -14,8 +14,7 @@ from f_mechanism_samples import example_2, large_platform, random_large_platform
 from benchmarks.references.f_mechanism_count import count_positions
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism.exact import exact_positions
-from tri_glide_kinematics.mechanisms.f_mechanism.positions import positions
+from tri_glide_kinematics.mechanisms.f_mechanism.positions import exact_positions, positions
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import pins_at
 
 RATIOS = (1.0, 5.0, 12.0, 20.0, 40.0, 100.0, 300.0, 1000.0)

@@ -101,7 +101,7 @@ class TestPositions:
                 if outer > 0.0:
                     limit = 2.0 * math.acos(math.sqrt(outer))
                     angle = limit * (1.0 - 10.0 ** rng.uniform(-16.0, -3.0))
-            motion = close_loop(LoopConstants.of(linkage), np.array([angle]), velocity, None)
+            motion = close_loop(LoopConstants(linkage), np.array([angle]), velocity, None)
             rows.append((*lengths, angle, *motion[:, 0:2, 0].ravel()))
         a, b, c, d, angle, *pins = np.array(rows).T
         longest = np.max((a, b, c, d), axis=0)

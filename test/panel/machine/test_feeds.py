@@ -13,8 +13,8 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Imu
 
 from tri_glide_interfaces.msg import MachineState, MotionState
-from tri_glide_kinematics.panel.machine import Feeds, MotionFeed, SteadyTimes, SwingFeed, feeds
-from tri_glide_kinematics.panel.machine.feeds import SILENCE, STATE_SILENCE, read_acceleration
+from tri_glide_kinematics.panel.machine import Feeds, MotionFeed, SteadyTimes, SwingFeed, link
+from tri_glide_kinematics.panel.machine.link import SILENCE, STATE_SILENCE, read_acceleration
 
 pytestmark = pytest.mark.nodes
 
@@ -56,8 +56,8 @@ def test_what_was_told_long_ago_is_not_known(
     told(feed)
     assert feed.commanded is not None
     assert (feed.commanded.heights, feed.measured) == (HEIGHTS, HEIGHTS)
-    later = feeds.time.monotonic() + SILENCE
-    monkeypatch.setattr("tri_glide_kinematics.panel.machine.feeds.time.monotonic", lambda: later)
+    later = link.time.monotonic() + SILENCE
+    monkeypatch.setattr("tri_glide_kinematics.panel.machine.link.time.monotonic", lambda: later)
     assert feed.commanded is None
     assert feed.measured is None
     # The curves show it all the same.
@@ -86,8 +86,8 @@ def test_a_machine_that_moved_and_tells_no_more_is_not_heard(
     assert not all_feeds.is_silent
     all_feeds._on_state(MachineState(state=MachineState.MOVING, speed=speed))
     assert not all_feeds.is_silent
-    later = feeds.time.monotonic() + 1.1 * STATE_SILENCE
-    monkeypatch.setattr("tri_glide_kinematics.panel.machine.feeds.time.monotonic", lambda: later)
+    later = link.time.monotonic() + 1.1 * STATE_SILENCE
+    monkeypatch.setattr("tri_glide_kinematics.panel.machine.link.time.monotonic", lambda: later)
     assert all_feeds.is_silent == is_silent
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from tri_glide_kinematics.control import IDLE, MOVING, OperatingState
 from tri_glide_kinematics.panel.machine import Steps
-from tri_glide_kinematics.panel.machine.button_jogs import STEP_PATIENCE
+from tri_glide_kinematics.panel.machine.operator_requests import STEP_PATIENCE
 
 UP = (0.0, 0.0, 0.01)
 OWN = (IDLE, MOVING)

@@ -12,9 +12,9 @@ from mechanisms_rig import Rig, mechanism_nodes, page_server
 
 from testing.browser import DESKTOP, PHONE, browser, find_browser
 from tri_glide_kinematics.mechanisms.pictures import BLUE, GREEN, ORANGE
-from tri_glide_kinematics.panel.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.machine_scene import light_plainly
 from tri_glide_kinematics.panel.mechanisms import PALE, rgb
+from tri_glide_kinematics.panel.tabs import CurveLimits, Curves
 
 pytestmark = [
     pytest.mark.nodes,

@@ -15,7 +15,6 @@ from viser import GuiEvent
 
 from testing.client import Probe
 from testing.swings import strongest_frequency
-from tri_glide_kinematics.panel.curves import SWING_SPAN
 from tri_glide_kinematics.panel.machine import (
     MachineFacts,
     MachineLink,
@@ -23,7 +22,7 @@ from tri_glide_kinematics.panel.machine import (
     SwingFeed,
 )
 from tri_glide_kinematics.panel.tabs import SwingTab
-from tri_glide_kinematics.panel.tabs.swing_tab import Shaping
+from tri_glide_kinematics.panel.tabs.curves import SWING_SPAN, Shaping
 from tri_glide_kinematics.settings import IK_NODE
 from tri_glide_kinematics.simulation import PlatformMode, SimulatedSwing, SwingModel
 

@@ -30,21 +30,22 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from tri_glide_kinematics import keys
-from tri_glide_kinematics.calibration.fit.measurements import (
+from tri_glide_kinematics.calibration.fit.numbers import (
     BASE,
+    PRIOR_KINDS,
     CalibrationError,
     Distance,
+    MachineParameters,
     MeasuredPosition,
     Plate,
+    Priors,
     Touch,
 )
-from tri_glide_kinematics.calibration.fit.priors import PRIOR_KINDS, Priors
-from tri_glide_kinematics.calibration.fit.unknowns import MachineParameters
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import UNITS, FileError, Keys, load_yaml, whole_yaml
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlideGeometry
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, three
 from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
 
 
@@ -72,22 +73,18 @@ def read_workspace(section: Keys, unit: float) -> WorkspaceLimits:
     def given(key: str) -> bool:
         return bool(section.value(key, NONE) != NONE)
 
-    def vector(key: str) -> tuple[float, float, float]:
-        x, y, z = lengths(key, 3)
-        return x, y, z
-
     cylinder = None
     if given("cylinder_center"):
         x, y = lengths("cylinder_center", 2)
         lower, upper = lengths("cylinder_z", 2)
         cylinder = Cylinder(x, y, unit * section.number("cylinder_radius"), lower, upper)
     return WorkspaceLimits(
-        vector("lower_heights"),
-        vector("upper_heights"),
+        three(lengths("lower_heights", 3)),
+        three(lengths("upper_heights", 3)),
         unit * section.number("reach_margin"),
         section.number("max_condition_number"),
-        vector("box_lower") if given("box_lower") else None,
-        vector("box_upper") if given("box_upper") else None,
+        three(lengths("box_lower", 3)) if given("box_lower") else None,
+        three(lengths("box_upper", 3)) if given("box_upper") else None,
         cylinder,
     )
 
@@ -294,8 +291,7 @@ class _Reader:
         return made
 
     def _heights(self, section: _Keys, key: str) -> Vector3:
-        x, y, z = (self._unit * value for value in section.vector(key))
-        return x, y, z
+        return three(self._unit * value for value in section.vector(key))
 
     def _deviation(self, section: _Keys) -> float:
         return self._unit * section.number("standard_deviation")

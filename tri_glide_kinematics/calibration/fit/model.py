@@ -17,16 +17,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tri_glide_kinematics.calibration.fit.measurements import (
+from tri_glide_kinematics.calibration.fit.numbers import (
+    MACHINE,
     Distance,
+    MachineParameters,
     MeasuredPosition,
     Measurement,
-    Touch,
-)
-from tri_glide_kinematics.calibration.fit.unknowns import (
-    MACHINE,
-    MachineParameters,
     State,
+    Touch,
     Unknowns,
     cross_matrix,
 )

@@ -8,17 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import chdtrc, chdtri
 
-from tri_glide_kinematics.calibration.fit.measurements import (
-    CalibrationError,
-    MeasuredPosition,
-    Touch,
-)
 from tri_glide_kinematics.calibration.fit.model import MeasurementModel, positions_of
-from tri_glide_kinematics.calibration.fit.priors import Knowledge, Spectrum
-from tri_glide_kinematics.calibration.fit.unknowns import (
+from tri_glide_kinematics.calibration.fit.numbers import (
     MACHINE,
+    CalibrationError,
     FramePlacement,
+    Knowledge,
+    MeasuredPosition,
+    Spectrum,
     State,
+    Touch,
     plate_numbers,
 )
 from tri_glide_kinematics.equal_numbers import first_largest

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.calibration.ringdown.combining import CombinedModes as CombinedModes
-    from tri_glide_kinematics.calibration.ringdown.combining import combine_modes as combine_modes
+    from tri_glide_kinematics.calibration.ringdown.modes import CombinedModes as CombinedModes
     from tri_glide_kinematics.calibration.ringdown.modes import NotKnown as NotKnown
     from tri_glide_kinematics.calibration.ringdown.modes import Oscillation as Oscillation
     from tri_glide_kinematics.calibration.ringdown.modes import RingDown as RingDown
+    from tri_glide_kinematics.calibration.ringdown.modes import combine_modes as combine_modes
     from tri_glide_kinematics.calibration.ringdown.modes import find_modes as find_modes
     from tri_glide_kinematics.calibration.ringdown.recording import Quantity as Quantity
     from tri_glide_kinematics.calibration.ringdown.recording import Recording as Recording

@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from tri_glide_kinematics.calibration.ringdown.combining import CombinedModes
-from tri_glide_kinematics.calibration.ringdown.modes import NotKnown, Oscillation, RingDown
+from tri_glide_kinematics.calibration.ringdown.modes import (
+    CombinedModes,
+    NotKnown,
+    Oscillation,
+    RingDown,
+)
 from tri_glide_kinematics.calibration.ringdown.recording import Quantity
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file

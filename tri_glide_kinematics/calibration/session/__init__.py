@@ -5,25 +5,15 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.calibration.session.calibration_report import (
-        UncertaintyMap as UncertaintyMap,
-    )
-    from tri_glide_kinematics.calibration.session.calibration_report import (
-        contradiction as contradiction,
-    )
-    from tri_glide_kinematics.calibration.session.calibration_report import (
-        length_text as length_text,
-    )
-    from tri_glide_kinematics.calibration.session.calibration_report import report as report
-    from tri_glide_kinematics.calibration.session.height_record import KEPT as KEPT
-    from tri_glide_kinematics.calibration.session.height_record import HeightRecord as HeightRecord
-    from tri_glide_kinematics.calibration.session.height_record import (
-        RecordingError as RecordingError,
-    )
+    from tri_glide_kinematics.calibration.session.leading import KEPT as KEPT
     from tri_glide_kinematics.calibration.session.leading import Delivery as Delivery
+    from tri_glide_kinematics.calibration.session.leading import HeightRecord as HeightRecord
     from tri_glide_kinematics.calibration.session.leading import Leading as Leading
     from tri_glide_kinematics.calibration.session.leading import LeadingError as LeadingError
     from tri_glide_kinematics.calibration.session.leading import MachineView as MachineView
+    from tri_glide_kinematics.calibration.session.leading import (
+        RecordingError as RecordingError,
+    )
     from tri_glide_kinematics.calibration.session.probing import BACK_TOLERANCE as BACK_TOLERANCE
     from tri_glide_kinematics.calibration.session.probing import LETTING_GO as LETTING_GO
     from tri_glide_kinematics.calibration.session.probing import LONGEST_STOP as LONGEST_STOP
@@ -37,13 +27,23 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.session import SavingError as SavingError
     from tri_glide_kinematics.calibration.session.session import Session as Session
     from tri_glide_kinematics.calibration.session.session import (
+        UncertaintyMap as UncertaintyMap,
+    )
+    from tri_glide_kinematics.calibration.session.session import (
+        contradiction as contradiction,
+    )
+    from tri_glide_kinematics.calibration.session.session import (
         keep_measurements as keep_measurements,
+    )
+    from tri_glide_kinematics.calibration.session.session import (
+        length_text as length_text,
     )
     from tri_glide_kinematics.calibration.session.session import (
         new_session_file as new_session_file,
     )
     from tri_glide_kinematics.calibration.session.session import parameter_text as parameter_text
     from tri_glide_kinematics.calibration.session.session import proposed as proposed
+    from tri_glide_kinematics.calibration.session.session import report as report
     from tri_glide_kinematics.calibration.session.session import save_parameters as save_parameters
     from tri_glide_kinematics.calibration.session.session import solved as solved
     from tri_glide_kinematics.calibration.session.session import workspace_of as workspace_of

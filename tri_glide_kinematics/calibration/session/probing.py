@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
-from tri_glide_kinematics.calibration.session.height_record import RecordingError
 from tri_glide_kinematics.calibration.session.leading import (
     Course,
     Delivery,
     Leading,
     LeadingError,
     MachineView,
+    RecordingError,
 )
 from tri_glide_kinematics.control import IDLE, JOGGING, STOPPING, WAS_STOPPED, Cause
 from tri_glide_kinematics.errors import KinematicsError

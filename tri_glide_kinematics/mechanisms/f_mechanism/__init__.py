@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.mechanisms.f_mechanism.all_branches import (
-        FMechanismOverview as FMechanismOverview,
-    )
-    from tri_glide_kinematics.mechanisms.f_mechanism.arcs import EventKind as EventKind
+    from tri_glide_kinematics.mechanisms.f_mechanism.curve import EventKind as EventKind
     from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import (
         DegenerateLinkageError as DegenerateLinkageError,
     )
     from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import FMechanism as FMechanism
+    from tri_glide_kinematics.mechanisms.f_mechanism.mechanism import (
+        FMechanismOverview as FMechanismOverview,
+    )
     from tri_glide_kinematics.mechanisms.f_mechanism.positions import (
         FMechanismPose as FMechanismPose,
     )

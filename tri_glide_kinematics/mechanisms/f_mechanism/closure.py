@@ -53,8 +53,7 @@ class Cubic(NamedTuple):
 def derivative_bound(polynomial: Cubic, order: int) -> FloatArray:
     """Upper bound of the derivative of the given order over the whole circle."""
     first, second, third = abs(polynomial[1]), abs(polynomial[2]), abs(polynomial[3])
-    bound: FloatArray = first + 2.0**order * second + 3.0**order * third
-    return bound
+    return first + 2.0**order * second + 3.0**order * third
 
 
 def derivatives(polynomial: Cubic, z: Number) -> tuple[Number, Number, Number]:
@@ -237,8 +236,7 @@ def _possible_cells(polynomial: Cubic, samples: FloatArray, tolerance: FloatArra
     steepest = np.maximum(curvature[..., :-1], curvature[..., 1:]) + bend * fourth
     bound = bend * steepest + np.asarray(tolerance)[..., np.newaxis]
     low, high = value[..., :-1], value[..., 1:]
-    possible: Mask = (np.minimum(low, high) <= bound) & (np.maximum(low, high) >= -bound)
-    return possible
+    return (np.minimum(low, high) <= bound) & (np.maximum(low, high) >= -bound)
 
 
 # Real roots of one polynomial, as plain numbers: a fifth of the time of arrays with one row.

@@ -1,16 +1,12 @@
-"""The positions of an F-mechanism as a smooth curve over its drive.
-
-A point of the curve is x = (direction of rod A, platform angle, drive), all in [rad]. Rod A keeps
-its length by itself; the two other rod equations g_b(x) = g_c(x) = 0 define the curve. Both are
-sums of cosines of linear functions of x, so all their derivatives have bounds that hold
-everywhere. With them a ball about a point of the curve is found in which the curve is one arc:
-whatever solution lies in that ball is on the same branch.
-"""
+"""The positions of an F-mechanism as a smooth curve over its drive, and the walk along it."""
 
 from __future__ import annotations
 
 import cmath
+import enum
+import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -24,7 +20,24 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     pins_at,
     rod_jacobian,
 )
-from tri_glide_kinematics.vectors import FloatArray, Vector3, combined, cross, dot, minus, scaled
+from tri_glide_kinematics.vectors import (
+    FloatArray,
+    Vector3,
+    combined,
+    cross,
+    dot,
+    minus,
+    scaled,
+    three,
+)
+
+# The positions of an F-mechanism as a smooth curve over its drive.
+#
+# A point of the curve is x = (direction of rod A, platform angle, drive), all in [rad]. Rod A keeps
+# its length by itself; the two other rod equations g_b(x) = g_c(x) = 0 define the curve. Both are
+# sums of cosines of linear functions of x, so all their derivatives have bounds that hold
+# everywhere. With them a ball about a point of the curve is found in which the curve is one arc:
+# whatever solution lies in that ball is on the same branch.
 
 # Gap of the rod equations relative to the square of the size at which a point is on the curve; with
 # rods that are short against the size it is relative to the size and the reach.
@@ -112,13 +125,12 @@ class Curve:
         difference = abs(self.drive.rates[0] - self.drive.rates[rod])
         arm, base = abs(platform), abs(offset)
         with_cranks = crank_a * (1.0 + rate_a**2) ** 1.5 + crank * (1.0 + rate**2) ** 1.5
-        bound: float = (
+        return (
             rod_a * arm * 2.0**1.5
             + (rod_a + arm) * (base + with_cranks)
             + base * (crank_a * rate_a**3 + crank * rate**3)
             + crank_a * crank * difference**3
         )
-        return bound
 
     def _at(self, x: Vector3) -> tuple[complex, complex, CrankPins]:
         """Vector of rod A, direction of the platform and crank pins at a point."""
@@ -221,3 +233,395 @@ def _hessian(v: complex, zd: complex, e: complex, e1: complex, e2: complex) -> l
         [turn, -(zd.conjugate() * (v - e)).real, spin],
         [swing, spin, abs(e1) ** 2 - (r.conjugate() * e2).real],
     ]
+
+
+# Follow one branch of the curve of positions, arc by arc, without ever leaving it.
+
+# How far the curve of positions is proven to be one arc: a tube about its tangent.
+
+# Change of the Jacobian that a tube allows at most; must stay below one.
+LARGEST_CHANGE = 0.7
+# Radius of a tube, as a multiple of the deviation of the curve from its tangent.
+TUBE_WIDTH = 3.0
+# Least part to which the length of a tube is reduced where two turning points merge.
+SHORTEST_TUBE = 1e-3
+
+
+class Tube(NamedTuple):
+    """A cylinder about the tangent in which the curve is one arc from end to end.
+
+    Attributes:
+        length: along the tangent.
+        radius: across it.
+        sure: whether it is proven that the drive reverses at most once in it.
+    """
+
+    length: float
+    radius: float
+    sure: bool
+
+
+def tube(frame: Frame, longest: float) -> Tube:
+    """Longest tube about the tangent of ``frame`` in which the curve is proven to be one arc.
+
+    In a tube of length h and radius r the Jacobian across the curve deviates from the identity by
+    no more than
+
+        change = mixed h + across r + third (h^2 + r^2) / 2.
+
+    Below one this makes the solution at each tangential coordinate unique. The slope of the arc is
+    at most
+
+        slope = (along h + mixed r + third (h^2 + r^2) / 2) / (1 - change),
+
+    and its integral below r keeps the arc inside. The drive does not reverse while the slope is
+    less than the slope of the tangent against planes of constant drive. Beside a turning point the
+    second derivative of the drive keeps its sign instead, so that it reverses at most once.
+    """
+    across_drive = math.hypot(frame.normal_1[2], frame.normal_2[2])
+    bend = abs(frame.normal_1[2] * frame.curvature[0] + frame.normal_2[2] * frame.curvature[1])
+    length = min(
+        longest,
+        0.5 / (frame.mixed + 1e-300),
+        math.sqrt(0.4 / (frame.across * frame.along + 1e-300)),
+        math.sqrt(1.0 / (frame.third + 1e-300)),
+    )
+    widest = None
+    while widest is None or length > SHORTEST_TUBE * widest.length:
+        radius = TUBE_WIDTH * length * length * (0.5 * frame.along + length * frame.third / 6.0)
+        square = length * length + radius * radius
+        change = frame.mixed * length + frame.across * radius + 0.5 * frame.third * square
+        drift = 0.5 * frame.along * length + frame.mixed * radius
+        drift += frame.third * (length * length / 6.0 + 0.5 * radius * radius)
+        if change < LARGEST_CHANGE and length * drift <= (1.0 - change) * radius:
+            widest = widest or Tube(length, radius, False)
+            slope = frame.along * length + frame.mixed * radius + 0.5 * frame.third * square
+            slope /= 1.0 - change
+            variation = (
+                frame.third * math.sqrt(square) * (1.0 + slope * slope)
+                + 2.0 * frame.mixed * slope
+                + frame.across * slope * slope
+                + change * frame.along
+            ) / (1.0 - change)
+            runs_on = slope * across_drive < abs(frame.tangent[2])
+            if runs_on or variation * across_drive < bend:
+                return Tube(length, radius, True)
+        length *= 0.8
+    return widest._replace(length=length)
+
+
+# Singular places of the curve of positions: turning points and bifurcations.
+
+
+# Bounds of loops that end by their tolerance before, but for rounding.
+_BISECTIONS = 80
+_BIFURCATION_STEPS = 30
+# Residual of the bifurcation equations, lengths relative to the size, that counts as zero.
+_EXACT = 1e-11
+
+
+def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, float]:
+    """The turning point on an arc whose two ends run against each other in the drive.
+
+    Args:
+        curve: the curve.
+        frame: start of the arc.
+        end: tangential coordinate of its end.
+
+    Returns:
+        The point, and its tangential coordinate in ``frame``.
+    """
+    low, high = 0.0, end
+    at_low = curve.gradients(frame.x).determinant
+    corrected = curve.correct(frame, end)
+    at_high = corrected[1].determinant if corrected else -at_low
+    x = frame.x
+    for _ in range(_BISECTIONS):
+        if abs(high - low) < 1e-15:
+            break
+        spread = at_low - at_high
+        h = low + (high - low) * at_low / spread if spread else low
+        if not min(low, high) < h < max(low, high):
+            h = 0.5 * (low + high)
+        corrected = curve.correct(frame, h)
+        if corrected is None:
+            break
+        x, at = corrected
+        slope = at.determinant
+        # Halving the value at the end that stays (Illinois) keeps the secant from creeping.
+        if (slope > 0.0) == (at_low > 0.0):
+            low, at_low, at_high = h, slope, 0.5 * at_high
+        else:
+            high, at_high, at_low = h, slope, 0.5 * at_low
+    return x, dot(minus(x, frame.x), frame.tangent)
+
+
+def find_bifurcation(curve: Curve, start: Vector3, reach: float) -> Vector3 | None:
+    """The point within ``reach`` of ``start`` where the gradients are dependent, or None.
+
+    A branch that merely passes close by another has no such point: the equations, five for four
+    unknowns, then have no solution.
+    """
+    scale = curve.linkage.size**2
+    x = np.array(start)
+    at = curve.gradients(start)
+    left = np.linalg.svd(np.array([at.b, at.c]))[0][:, -1]
+    mix = math.atan2(left[1], left[0])
+    for _ in range(_BIFURCATION_STEPS):
+        point = (float(x[0]), float(x[1]), float(x[2]))
+        at = curve.gradients(point)
+        h_b, h_c = curve.hessians(point) / scale
+        b, c = np.array(at.b) / scale, np.array(at.c) / scale
+        cosine, sine = math.cos(mix), math.sin(mix)
+        residual = np.concatenate([[at.gap_b / scale, at.gap_c / scale], cosine * b + sine * c])
+        jacobian = np.zeros((5, 4))
+        jacobian[0, :3], jacobian[1, :3] = b, c
+        jacobian[2:, :3] = cosine * h_b + sine * h_c
+        jacobian[2:, 3] = cosine * c - sine * b
+        step = np.linalg.lstsq(jacobian, residual, rcond=None)[0]
+        x, mix = x - step[:3], mix - float(step[3])
+        if math.dist((x[0], x[1], x[2]), start) > 2.0 * reach:
+            return None
+        if np.max(np.abs(step)) < 1e-14:
+            break
+    if np.max(np.abs(residual)) > _EXACT or math.dist(point, start) > reach:
+        return None
+    return point
+
+
+def branch_directions(curve: Curve, x: Vector3) -> tuple[Vector3, Vector3] | None:
+    """Unit tangents of the two branches that cross at a bifurcation; None if they do not cross.
+
+    They are the zeros of the second derivative of that combination of the rod equations whose
+    gradient vanishes, on the plane that both gradients leave free.
+    """
+    at = curve.gradients(x)
+    scale = curve.linkage.size**2
+    left, _, right = np.linalg.svd(np.array([at.b, at.c]) / scale)
+    h_b, h_c = curve.hessians(x) / scale
+    plane = right[1:]
+    form = plane @ (left[0, 1] * h_b + left[1, 1] * h_c) @ plane.T
+    values, vectors = np.linalg.eigh(form)
+    if values[0] * values[1] >= 0.0 or min(abs(values)) < 1e-9 * max(abs(values)):
+        return None
+    along, across = math.sqrt(values[1]), math.sqrt(-values[0])
+    first = (along * vectors[:, 0] + across * vectors[:, 1]) @ plane
+    second = (along * vectors[:, 0] - across * vectors[:, 1]) @ plane
+    return _unit(first), _unit(second)
+
+
+def _unit(vector: FloatArray) -> Vector3:
+    return three(vector / np.linalg.norm(vector))
+
+
+# The walk from arc to arc.
+
+# A start whose drive is slower than this along the curve is a turning point.
+STANDSTILL = 1e-6
+# Another branch this near [rad] is a reason to look for a bifurcation ahead.
+_SUSPICIOUS_RADIUS = 5e-3
+# The search is repeated whenever the other branch has come nearer by this factor.
+_NEARER = 0.25
+# A bifurcation is stepped over from no farther away than this [rad].
+_LONGEST_PASSAGE = 0.05
+# Below this radius the branch cannot be told from another one any more.
+_SMALLEST_RADIUS = 3e-8
+# A leg of 5000 arcs must cover this length [rad]; on a branch that is nearly singular throughout it
+# does not.
+_LEG = 5000
+_LEG_LENGTH = 0.01
+# A step is halved so often until its end lies in the tube: down to 1e-12 of it.
+_HALVINGS = 40
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A part of the curve along which the drive runs in one direction only.
+
+    Attributes:
+        frame: frame in whose tube the arc lies, or None beside a bifurcation.
+        low: tangential coordinate of the start in that frame.
+        high: tangential coordinate of the end.
+        radius: radius of the tube.
+        start: first point.
+        end: last point.
+        start_tangent: unit tangent at the start, in the sense of motion.
+        end_tangent: likewise at the end.
+    """
+
+    frame: Frame | None
+    low: float
+    high: float
+    radius: float
+    start: Vector3
+    end: Vector3
+    start_tangent: Vector3
+    end_tangent: Vector3
+
+
+class EventKind(enum.Enum):
+    """An event of a followed branch."""
+
+    TURNING_POINT = "turning point"
+    BIFURCATION = "bifurcation"
+    SINGULAR = "singular"
+    END = "end of the range"
+    CLOSED = "closed"
+
+
+class Passed(NamedTuple):
+    """What happens at a ``point``: the drive reverses, branches cross, or no way on is unique.
+
+    The branch is ``passable`` if the walk can go on beyond it.
+    """
+
+    kind: EventKind
+    point: Vector3
+    passable: bool
+
+
+def follow(curve: Curve, x: Vector3, sense: float, largest_step: float) -> Iterator[Arc | Passed]:
+    """Walk along the curve from ``x``; ``sense`` is +1 or -1 along ``Frame.tangent``.
+
+    A start that is a turning point is not reported as one: ``sense`` tells to which side of it the
+    walk leads. The walk never ends by itself unless at a bifurcation that cannot be passed, or
+    where the curve is singular along more than a point.
+    """
+    frame = curve.frame(x)
+    searched = math.inf
+    covered = _LEG_LENGTH
+    # At a turning point only rounding tells which way the drive runs.
+    standing = frame is not None and abs(frame.tangent[2]) < STANDSTILL
+    for count in itertools.count():
+        if count % _LEG == 0:
+            stuck, covered = covered < _LEG_LENGTH, 0.0
+        if frame is None or stuck:
+            yield Passed(EventKind.SINGULAR, frame.x if frame else x, False)
+            return
+        ball = 1.0 / frame.across if frame.across else math.inf
+        if ball < _SMALLEST_RADIUS:
+            yield Passed(EventKind.SINGULAR, frame.x, False)
+            return
+        if ball < min(_SUSPICIOUS_RADIUS, _NEARER * searched):
+            searched = ball
+            passage = _bifurcation_ahead(curve, frame, sense)
+            if passage is not None:
+                arcs, bifurcation, frame, sense = passage
+                yield arcs[0]
+                yield bifurcation
+                if not bifurcation.passable:
+                    return
+                yield arcs[1]
+                searched = math.inf
+                continue
+        if ball > _SUSPICIOUS_RADIUS:
+            searched = math.inf
+        advanced = _advance(curve, frame, sense, largest_step)
+        following = curve.frame(*advanced[:2]) if advanced else None
+        if advanced is None or following is None:
+            yield Passed(EventKind.SINGULAR, frame.x, False)
+            return
+        x, _, h, radius = advanced
+        covered += abs(h)
+        start_tangent, end_tangent = (
+            scaled(frame.tangent, sense),
+            scaled(following.tangent, sense),
+        )
+        if standing or (frame.tangent[2] > 0.0) == (following.tangent[2] > 0.0):
+            yield Arc(frame, 0.0, h, radius, frame.x, x, start_tangent, end_tangent)
+        else:
+            point, middle = turning_point(curve, frame, h)
+            at_point = curve.frame(point)
+            tangent = scaled(at_point.tangent, sense) if at_point else start_tangent
+            yield Arc(frame, 0.0, middle, radius, frame.x, point, start_tangent, tangent)
+            yield Passed(EventKind.TURNING_POINT, point, True)
+            yield Arc(frame, middle, h, radius, point, x, tangent, end_tangent)
+        frame = following
+        standing = False
+
+
+def leading_sense(first: Frame) -> float:
+    """Sense along the tangent in which a branch is followed: the drive rises.
+
+    From a turning point, where the branch lies to either side, the platform angle rises.
+    """
+    swing, turn, drive = first.tangent
+    if abs(drive) < STANDSTILL:
+        drive = turn if abs(turn) > STANDSTILL else swing
+    return math.copysign(1.0, drive)
+
+
+def _advance(
+    curve: Curve, frame: Frame, sense: float, largest_step: float
+) -> tuple[Vector3, RodJacobian, float, float] | None:
+    """Next point, its gradients, its signed tangential coordinate and the radius of the tube."""
+    step, radius, _ = tube(frame, largest_step)
+    for _ in range(_HALVINGS):
+        corrected = curve.correct(frame, sense * step)
+        if corrected is not None and math.dist(corrected[0], ahead(frame, sense * step)) <= radius:
+            return corrected[0], corrected[1], sense * step, radius
+        step *= 0.5
+    return None
+
+
+def _bifurcation_ahead(
+    curve: Curve, frame: Frame, sense: float
+) -> tuple[tuple[Arc, Arc], Passed, Frame, float] | None:
+    """Step over a bifurcation just ahead, keeping the direction; None if there is none."""
+    point = find_bifurcation(curve, frame.x, _LONGEST_PASSAGE)
+    if point is None:
+        return None
+    gap = math.dist(point, frame.x)
+    if gap == 0.0:
+        return None
+    incoming = scaled(frame.tangent, sense)
+    direction = scaled(minus(point, frame.x), 1.0 / gap)
+    if dot(direction, incoming) <= 0.9:
+        return None
+    directions = branch_directions(curve, point)
+    if directions is None:
+        stay = _straight(frame.x, point, incoming, incoming)
+        return (stay, stay), Passed(EventKind.BIFURCATION, point, False), frame, sense
+    along = max(directions, key=lambda branch: abs(dot(branch, incoming)))
+    along = scaled(along, math.copysign(1.0, dot(along, incoming)))
+    # The branch is known once its bends are small against the angle between both branches.
+    margin = 0.2 * math.sqrt(max(0.0, 1.0 - dot(*directions) ** 2))
+    if max(math.dist(incoming, along), math.dist(direction, along)) > margin:
+        return None
+    landed = _land_beyond(curve, point, along, gap, margin)
+    if landed is None:
+        return None
+    beyond, sense = landed
+    leaving = scaled(beyond.tangent, sense)
+    arcs = (
+        _straight(frame.x, point, incoming, along),
+        _straight(point, beyond.x, along, leaving),
+    )
+    return arcs, Passed(EventKind.BIFURCATION, point, True), beyond, sense
+
+
+def _straight(start: Vector3, end: Vector3, leaving: Vector3, arriving: Vector3) -> Arc:
+    return Arc(None, 0.0, 0.0, math.dist(start, end), start, end, leaving, arriving)
+
+
+def _land_beyond(
+    curve: Curve, point: Vector3, along: Vector3, length: float, tolerance: float
+) -> tuple[Frame, float] | None:
+    """Frame and sense of the branch at ``length`` beyond a bifurcation in direction ``along``."""
+    # The plane across the direction: a frame without curvature does as the coordinate system.
+    axis = min(
+        ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), key=lambda e: abs(dot(e, along))
+    )
+    first = minus(axis, scaled(along, dot(axis, along)))
+    first = scaled(first, 1.0 / math.sqrt(dot(first, first)))
+    plane = Frame(point, along, first, cross(along, first), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
+    corrected = curve.correct(plane, length)
+    if corrected is None or math.dist(corrected[0], ahead(plane, length)) > tolerance * length:
+        return None
+    frame = curve.frame(*corrected)
+    if frame is None:
+        return None
+    sense = math.copysign(1.0, dot(frame.tangent, along))
+    if math.dist(scaled(frame.tangent, sense), along) > tolerance:
+        return None
+    return frame, sense

@@ -11,15 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.mechanisms.f_mechanism.arcs import (
+from tri_glide_kinematics.mechanisms.f_mechanism.curve import (
     STANDSTILL,
     Arc,
+    Curve,
+    Drive,
     EventKind,
     Passed,
     follow,
     leading_sense,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Drive
 from tri_glide_kinematics.mechanisms.f_mechanism.positions import FMechanismPose, pose_of
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     CONVERGED,

@@ -259,7 +259,7 @@ class FourBar:
 
     @cached_property
     def _loop_constants(self) -> LoopConstants:
-        return LoopConstants.of(self.lengths)
+        return LoopConstants(self.lengths)
 
 
 @dataclass(frozen=True)

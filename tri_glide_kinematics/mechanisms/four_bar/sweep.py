@@ -45,7 +45,6 @@ def constant(value: float) -> FloatArray:
     return np.array(value, dtype=np.float64)
 
 
-@dataclass(frozen=True)
 class LoopConstants:
     """The numbers of a linkage that the loop needs.
 
@@ -72,48 +71,27 @@ class LoopConstants:
         is_kite: whether a = d and b = c, so that crank pin and rocker pivot can meet.
     """
 
-    trig_scale: FloatArray
-    stretched_gap: FloatArray
-    folded_gap: FloatArray
-    stretched_half_gap: FloatArray
-    folded_half_gap: FloatArray
-    least_diagonal: FloatArray
-    coupler_less_rocker: FloatArray
-    ground_less_crank: FloatArray
-    offset_x: FloatArray
-    scale: FloatArray
-    ground: FloatArray
-    coupler: float
-    kite_scale: float
-    stretches: bool
-    folds: bool
-    is_limited: bool
-    is_kite: bool
-
-    @classmethod
-    def of(cls, lengths: LinkLengths) -> LoopConstants:
+    def __init__(self, lengths: LinkLengths) -> None:
         """Work out the constants of a linkage."""
         a, b, c, d = lengths.scaled
         size = lengths.longest
-        return cls(
-            trig_scale=constant(2.0 * math.sqrt(a * d)),
-            stretched_gap=constant(lengths.stretched_gap),
-            folded_gap=constant(lengths.folded_gap),
-            stretched_half_gap=constant(0.5 * lengths.stretched_gap),
-            folded_half_gap=constant(0.5 * lengths.folded_gap),
-            least_diagonal=constant((d - a) ** 2),
-            coupler_less_rocker=constant((b - c) * (b + c)),
-            ground_less_crank=constant((d - a) * (d + a)),
-            offset_x=constant(size * (d - a)),
-            scale=constant(0.5 * size / d),
-            ground=constant(size * d),
-            coupler=b,
-            kite_scale=0.25 * size / a,
-            stretches=lengths.stretches,
-            folds=lengths.folds,
-            is_limited=lengths.stretched_gap < 0.0 or lengths.folded_gap < 0.0,
-            is_kite=a == d and b == c,
-        )
+        self.trig_scale = constant(2.0 * math.sqrt(a * d))
+        self.stretched_gap = constant(lengths.stretched_gap)
+        self.folded_gap = constant(lengths.folded_gap)
+        self.stretched_half_gap = constant(0.5 * lengths.stretched_gap)
+        self.folded_half_gap = constant(0.5 * lengths.folded_gap)
+        self.least_diagonal = constant((d - a) ** 2)
+        self.coupler_less_rocker = constant((b - c) * (b + c))
+        self.ground_less_crank = constant((d - a) * (d + a))
+        self.offset_x = constant(size * (d - a))
+        self.scale = constant(0.5 * size / d)
+        self.ground = constant(size * d)
+        self.coupler = b
+        self.kite_scale = 0.25 * size / a
+        self.stretches = lengths.stretches
+        self.folds = lengths.folds
+        self.is_limited = lengths.stretched_gap < 0.0 or lengths.folded_gap < 0.0
+        self.is_kite = a == d and b == c
 
 
 _CHUNK = 8192
@@ -404,28 +382,27 @@ class BranchSweep(Sweep):
     @property
     def coupler_velocities(self) -> FloatArray:
         """In [rad/s]; NaN at a limit, where it is infinite. Shape (n,)."""
-        return self._row(2)
+        return self.motion[2]
 
     @property
     def rocker_velocities(self) -> FloatArray:
         """In [rad/s]; NaN at a limit, where it is infinite. Shape (n,)."""
-        return self._row(3)
+        return self.motion[3]
 
     @property
     def coupler_accelerations(self) -> FloatArray:
         """In [rad/s^2]; NaN at a limit. Shape (n,)."""
-        return self._row(4)
+        return self.motion[4]
 
     @property
     def rocker_accelerations(self) -> FloatArray:
         """In [rad/s^2]; NaN at a limit. Shape (n,)."""
-        return self._row(5)
+        return self.motion[5]
 
     @property
     def is_reachable(self) -> NDArray[np.bool_]:
         """Whether the linkage can be closed at the crank angle. Shape (n,)."""
-        reachable: NDArray[np.bool_] = ~np.isnan(self.motion[0])
-        return reachable
+        return ~np.isnan(self.motion[0])
 
     @property
     def is_singular(self) -> NDArray[np.bool_]:
@@ -463,8 +440,7 @@ class BranchSweep(Sweep):
     @property
     def transmission_angles(self) -> FloatArray:
         """Angle between coupler and rocker at the rocker pin, in [0, pi]. Shape (n,)."""
-        angles: FloatArray = np.abs(np.angle(self._rocker * self._coupler.conj()))
-        return angles
+        return np.abs(np.angle(self._rocker * self._coupler.conj()))
 
     def point_of_coupler_plane(self, x: float, y: float) -> PointMotion:
         """Motion of a point that is fixed to the coupler: its positions are a coupler curve.
@@ -486,23 +462,15 @@ class BranchSweep(Sweep):
             self.frame.place(position), self.frame.turn(velocity), self.frame.turn(acceleration)
         )
 
-    def _row(self, index: int) -> FloatArray:
-        row: FloatArray = self.motion[index]
-        return row
-
     @property
     def _crank(self) -> ComplexArray:
         """Crank pivot to crank pin in the ground frame, in [m]."""
-        crank: ComplexArray = self.lengths.crank * np.exp(
-            1j * (self.crank_angles - self.frame.angle)
-        )
-        return crank
+        return self.lengths.crank * np.exp(1j * (self.crank_angles - self.frame.angle))
 
     @property
     def _rocker_pin(self) -> ComplexArray:
         """Crank pivot to rocker pin in the ground frame, in [m]."""
-        pin: ComplexArray = self.motion[0] + 1j * self.motion[1]
-        return pin
+        return self.motion[0] + 1j * self.motion[1]
 
     @property
     def _coupler(self) -> ComplexArray:

@@ -50,7 +50,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.pictures.skeleton import F_MECHANISM as F_MECHANISM
     from tri_glide_kinematics.mechanisms.pictures.skeleton import FOUR_BAR as FOUR_BAR
     from tri_glide_kinematics.mechanisms.pictures.skeleton import GREEN as GREEN
-    from tri_glide_kinematics.mechanisms.pictures.skeleton import INK as INK
     from tri_glide_kinematics.mechanisms.pictures.skeleton import ORANGE as ORANGE
     from tri_glide_kinematics.mechanisms.pictures.skeleton import PURPLE as PURPLE
     from tri_glide_kinematics.mechanisms.pictures.skeleton import bounds as bounds

@@ -12,8 +12,7 @@ from rclpy.task import Future
 
 from tri_glide_interfaces.srv import SolveFMechanism, SolveFourBar, TraceFMechanism, TraceFourBar
 from tri_glide_kinematics.equal_numbers import first_smallest
-from tri_glide_kinematics.panel.mechanisms.picture import Branch, Position
-from tri_glide_kinematics.panel.mechanisms.questions import Questions
+from tri_glide_kinematics.panel.mechanisms.questions import Branch, Position, Questions
 from tri_glide_kinematics.vectors import FloatArray
 
 PATIENCE = 5.0  # s, until an answer is given up

@@ -5,11 +5,13 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.panel.tabs.curves import CurveLimits as CurveLimits
+    from tri_glide_kinematics.panel.tabs.curves import Curves as Curves
+    from tri_glide_kinematics.panel.tabs.curves import SwingTab as SwingTab
     from tri_glide_kinematics.panel.tabs.drive_tab import DriveTab as DriveTab
     from tri_glide_kinematics.panel.tabs.live_view import LiveView as LiveView
     from tri_glide_kinematics.panel.tabs.live_view import pose_of as pose_of
     from tri_glide_kinematics.panel.tabs.points_tab import PointsTab as PointsTab
     from tri_glide_kinematics.panel.tabs.program_tab import ProgramTab as ProgramTab
-    from tri_glide_kinematics.panel.tabs.swing_tab import SwingTab as SwingTab
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -15,9 +15,9 @@ from tri_glide_kinematics.panel.machine import (
     NewestWish,
     OperatorRequests,
     OperatorsInput,
+    note,
 )
-from tri_glide_kinematics.panel.markup import note
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, scaled, three
 
 HOLD = "hold"
 STEPS = {"0.1": 1e-4, "1": 1e-3, "10": 1e-2}
@@ -104,7 +104,7 @@ class DriveTab:
             )
             go = gui.add_button("Go", color="blue", icon=viser.Icon.PLAYER_PLAY)
             go.on_click(
-                requests.on(lambda _: move_to(_in_metres(self._place.value), self.go_speed))
+                requests.on(lambda _: move_to(scaled(self._place.value, 0.001), self.go_speed))
             )
             here = gui.add_button("Take the present position")
             here.on_click(requests.on(lambda _: self._take_present()))
@@ -128,8 +128,7 @@ class DriveTab:
 
     def _take_present(self) -> None:
         if self._present is not None:
-            x, y, z = (round(1000.0 * part, 2) for part in self._present)
-            self._place.set((x, y, z))
+            self._place.set(three(round(1000.0 * part, 2) for part in self._present))
 
     async def _set_teach_mode(self, event: Event) -> None:
         """Ask for it: any page may make the machine slow, as any may stop it, but not fast."""
@@ -158,8 +157,7 @@ class DriveTab:
         def step(_: object) -> None:
             size = self._step_size
             if size:
-                x, y, z = direction
-                self._move_by((size * x, size * y, size * z), 0.001 * self._speed.value)
+                self._move_by(scaled(direction, size), 0.001 * self._speed.value)
 
         button.on_hold(hold, callback_hz=RENEWALS)
         button.on_click(requests.on(step))
@@ -182,8 +180,3 @@ class DriveTab:
         if self._keys.value:
             words += f"; {KEYS_HINT}"
         self._pad.content = f'<div class="tri-glide-pad">{"".join(cells)}</div>{note(words)}'
-
-
-def _in_metres(place: tuple[float, float, float]) -> Vector3:
-    x, y, z = place
-    return 0.001 * x, 0.001 * y, 0.001 * z

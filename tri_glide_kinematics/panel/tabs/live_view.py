@@ -15,7 +15,6 @@ import viser
 
 from tri_glide_kinematics.control import IDLE
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.machine import (
     LARGEST_LAG,
     Feeds,
@@ -23,11 +22,14 @@ from tri_glide_kinematics.panel.machine import (
     MotionFeed,
     OperatorRequests,
     SteadyTimes,
+    bar,
+    note,
+    table,
 )
 from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
-from tri_glide_kinematics.panel.markup import bar, note, table
+from tri_glide_kinematics.panel.tabs.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.machine_map import MachineMap
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.workspace import edge_rings
 
 
@@ -121,8 +123,7 @@ class GoToHandle:
             drag.begin(page)
             self._asked = None
         else:
-            x, y, z = map(float, self._handle.position)
-            drag.move(page, (x, y, z))
+            drag.move(page, three(self._handle.position))
 
     def _go(self, position: Vector3) -> None:
         self._asked = position

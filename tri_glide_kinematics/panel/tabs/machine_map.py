@@ -14,8 +14,13 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.calibration import Calibration, load_measurements
 from tri_glide_kinematics.calibration.session import solved
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine import MachineFacts, OperatorRequests, OperatorsInput
-from tri_glide_kinematics.panel.markup import legend, note
+from tri_glide_kinematics.panel.machine import (
+    MachineFacts,
+    OperatorRequests,
+    OperatorsInput,
+    legend,
+    note,
+)
 from tri_glide_kinematics.panel.program_reading import Mark, mark_of
 from tri_glide_kinematics.sizing import Maps, level_corners, maps
 from tri_glide_kinematics.vectors import FloatArray

@@ -15,10 +15,9 @@ import yaml
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import load_yaml
-from tri_glide_kinematics.panel.machine import OperatorRequests, OperatorsInput
-from tri_glide_kinematics.panel.markup import note, table
+from tri_glide_kinematics.panel.machine import OperatorRequests, OperatorsInput, note, table
 from tri_glide_kinematics.programs import DriveFileError, PathStep, load_drive
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, three
 
 # Of a file that is written here: no other is overwritten.
 FIRST_LINE = "# Points taught at the panel. Drive them: ros2 run tri_glide_kinematics drive FILE"
@@ -271,8 +270,8 @@ class PointsTab:
             ):
                 self._requests.refuse(f"another point has the name {name!r}")
                 return
-            x, y, z = (0.001 * float(field.value) for field in self._place)
-            self._put((*self.points[:index], Point((x, y, z), name), *self.points[index + 1 :]))
+            place = three(0.001 * float(field.value) for field in self._place)
+            self._put((*self.points[:index], Point(place, name), *self.points[index + 1 :]))
 
     def _remove(self) -> None:
         if (index := self._index) is not None:

@@ -12,17 +12,18 @@ import numpy as np
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.chosen_program import FROM_SETTINGS, ChosenProgram
 from tri_glide_kinematics.panel.machine import (
     MachineFacts,
     NewestWish,
     OperatorRequests,
     OperatorsInput,
+    bar,
     clock_text,
+    code,
+    note,
+    table,
 )
 from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
-from tri_glide_kinematics.panel.markup import bar, code, note, table
-from tri_glide_kinematics.panel.program_files import NO_FILE, Uploads
 from tri_glide_kinematics.panel.program_reading import (
     CUT,
     OUTSIDE,
@@ -31,6 +32,7 @@ from tri_glide_kinematics.panel.program_reading import (
     ReadProgram,
     shown_text,
 )
+from tri_glide_kinematics.panel.programs import FROM_SETTINGS, NO_FILE, ChosenProgram, Uploads
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramRun,

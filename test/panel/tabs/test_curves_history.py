@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from testing.swings import strongest_frequency
-from tri_glide_kinematics.panel.curves import (
+from tri_glide_kinematics.panel.tabs.curves import (
     ACCELERATIONS,
     BIN,
     HEIGHTS,

@@ -1,14 +1,11 @@
-"""What ``ik_node`` tells about itself, in the words and the unit of the page: millimetres.
-
-``ik_node`` writes its own texts in metres, as those of the topics are. They are never read here:
-all words are made from the numbers of ``MachineState``.
-"""
+"""The words of the page: what ``ik_node`` tells about itself, and pieces of HTML around them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from html import escape
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control import TEACH_SPEED, Cause, OperatingState
@@ -19,6 +16,11 @@ from tri_glide_kinematics.settings import Values
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace
+
+# What ``ik_node`` tells about itself, in the words and the unit of the page: millimetres.
+#
+# ``ik_node`` writes its own texts in metres, as those of the topics are. They are never read here:
+# all words are made from the numbers of ``MachineState``.
 
 READY, MOTION, WARNING, FAULT = "ready", "motion", "warning", "fault"
 
@@ -255,3 +257,47 @@ def _rounded(value: float) -> str:
 def _signed(value: float, digits: int) -> str:
     """Return a number without a minus before zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
+
+
+# Pieces of the page as HTML; ``page.css`` says how they look.
+
+
+def note(text: str, *, is_bad: bool = False) -> str:
+    """Return a text of its own."""
+    return f'<div class="tri-glide-note{" bad" if is_bad else ""}">{escape(text)}</div>'
+
+
+def code(text: str) -> str:
+    """Return a line of a program."""
+    return f'<div class="tri-glide-note tri-glide-code">{escape(text)}</div>' if text else ""
+
+
+def table(rows: Iterable[Iterable[str]]) -> str:
+    """Return a table; cells that begin with a tag are taken as they are."""
+    return _table("".join(f"<td>{_cell(cell)}</td>" for cell in row) for row in rows)
+
+
+def bar(part: float, *, is_much: bool = False) -> str:
+    """Return a bar that is filled to a ``part`` of its length."""
+    width = 100.0 * min(max(part, 0.0), 1.0)
+    kind = ' class="much"' if is_much else ""
+    return f'<div class="bar"><i{kind} style="width:{width:.0f}%"></i></div>'
+
+
+def legend(colors: Iterable[Sequence[int]], least: str, largest: str) -> str:
+    """Return a bar with ``colors`` from left to right, and what both of its ends mean."""
+    stops = ", ".join(f"rgb({red} {green} {blue})" for red, green, blue in colors)
+    ends = f"<span>{escape(least)}</span><span>{escape(largest)}</span>"
+    return (
+        f'<div class="tri-glide-legend"><i style="background:linear-gradient(90deg, {stops})"></i>'
+        f"{ends}</div>"
+    )
+
+
+def _cell(text: str) -> str:
+    return text if text.startswith("<div") else escape(text)
+
+
+def _table(rows: Iterable[str]) -> str:
+    cells = "".join(f"<tr>{row}</tr>" for row in rows)
+    return f'<table class="tri-glide-numbers">{cells}</table>'

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.curves import SWING_SPAN, CurveLimits, Curves, SwingCurves
+from tri_glide_kinematics.panel.tabs.curves import SWING_SPAN, CurveLimits, Curves, SwingCurves
 
 viser = pytest.importorskip("viser")
 
