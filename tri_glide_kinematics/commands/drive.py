@@ -66,7 +66,7 @@ from tri_glide_kinematics.workspace import Workspace, places_inside
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-    from tri_glide_kinematics.ros.program_link import ProgramLink
+    from tri_glide_kinematics.ros.goal_sender import ProgramLink
 
 ENDINGS_TEXT = ", ".join(PROGRAM_ENDINGS)
 
@@ -263,7 +263,7 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
     from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
 
-    from tri_glide_kinematics.ros.program_link import ProgramLink
+    from tri_glide_kinematics.ros.goal_sender import ProgramLink
     from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
 
     choose_transport()

@@ -20,13 +20,15 @@ from tri_glide_kinematics.motion.shaping import (
     ShaperKind,
     Shaping,
 )
-from tri_glide_kinematics.settings.table import Parameter, ParameterError, Values
 from tri_glide_kinematics.settings.tables import (
     DRIVES,
     FORCE_LIMITS,
     MASSES,
     MOST_FORCE,
     NO_SHAPER,
+    Parameter,
+    ParameterError,
+    Values,
 )
 from tri_glide_kinematics.simulation import PlatformMode, PositionControl, SwingModel
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry

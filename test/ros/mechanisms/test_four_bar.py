@@ -26,18 +26,18 @@ from tri_glide_kinematics.mechanisms.four_bar import (
     GrashofClass,
     NotAssemblableError,
 )
-from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
-from tri_glide_kinematics.ros.mechanisms.fields import RefusedRequestError
+from tri_glide_kinematics.ros import mechanisms as mechanism_messages
+from tri_glide_kinematics.ros.mechanisms import RefusedRequestError
 
 OPEN, CROSSED = FourBarPose.OPEN, FourBarPose.CROSSED
 
 
 def solve_four_bar(**fields):
-    return ask(four_bar_messages.solve, SolveFourBar, **fields)
+    return ask(mechanism_messages.solve_four_bar, SolveFourBar, **fields)
 
 
 def trace_four_bar(**fields):
-    return ask(four_bar_messages.trace, TraceFourBar, **fields)
+    return ask(mechanism_messages.trace_four_bar, TraceFourBar, **fields)
 
 
 class TestSolveFourBar:
@@ -132,7 +132,7 @@ class TestSolveFourBar:
         )
         response = SolveFourBar.Response()
         with pytest.raises(CrankLimitError, match=r"crank_angle = 3\.14159265 rad is beyond"):
-            four_bar_messages.solve(request, response)
+            mechanism_messages.solve_four_bar(request, response)
         assert not response.poses
         properties = response.properties
         begin, end = properties.crank_range_begin, properties.crank_range_end
