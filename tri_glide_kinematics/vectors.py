@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,12 @@ Point = tuple[float, float]
 Vector3 = tuple[float, float, float]
 FloatArray = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+
+def vector3(numbers: Iterable[float]) -> Vector3:
+    """Return three ``numbers`` as a vector."""
+    x, y, z = numbers
+    return x, y, z
 
 
 def plus(a: Vector3, b: Vector3) -> Vector3:

@@ -53,8 +53,7 @@ def _draw(options: argparse.Namespace) -> None:
         IK_NODE,
         file_values,
         limits_of,
-        machine_of,
-        workspace_limits_of,
+        workspace_of,
     )
     from tri_glide_kinematics.sizing import (
         NoCylinderError,
@@ -64,12 +63,11 @@ def _draw(options: argparse.Namespace) -> None:
         stl_bytes,
         surface,
     )
-    from tri_glide_kinematics.workspace import Workspace
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     file = find_file(options.file)
     values = file_values(str(file), options.node, IK_NODE)
-    workspace = Workspace(machine_of(values), workspace_limits_of(values))
+    workspace = workspace_of(values)
     deviations = None
     if options.measurements is not None:
         from tri_glide_kinematics.calibration.fit import load_measurements

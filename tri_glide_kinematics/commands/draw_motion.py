@@ -101,12 +101,10 @@ def _draw(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.settings import (
         IK_NODE,
         file_values,
-        machine_of,
-        motion_limits_of,
+        scaled_limits_of,
         shaper_of,
-        workspace_limits_of,
+        workspace_of,
     )
-    from tri_glide_kinematics.workspace import Workspace
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     file, parameters = find_file(options.file), find_file(options.parameters)
@@ -117,12 +115,12 @@ def _draw(options: argparse.Namespace) -> None:
             f"{file}: its places are in the frame {work.frame}, and where that is from "
             f"{values['base_frame']} is known to a running machine only"
         )
-    machine = machine_of(values)
-    limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
-    bounds = workspace_limits_of(values)
+    workspace = workspace_of(values)
+    machine, bounds = workspace.machine, workspace.limits
+    limits = scaled_limits_of(values, machine)
     timed = time_steps(
         work,
-        Workspace(machine, bounds),
+        workspace,
         limits,
         kind=MotionKind(values["motion"]),
         shaper=shaper_of(values),

@@ -56,12 +56,11 @@ from tri_glide_kinematics.settings import (
     IK_NODE,
     Values,
     file_values,
-    machine_of,
-    motion_limits_of,
+    scaled_limits_of,
     shaper_of,
-    workspace_limits_of,
+    workspace_of,
 )
-from tri_glide_kinematics.workspace import Workspace, places_inside
+from tri_glide_kinematics.workspace import places_inside
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -95,12 +94,13 @@ def check_on_machine(
         KinematicsError: if a place of the program is not inside the workspace, or the parameters
             describe no machine.
     """
-    machine, bounds = machine_of(values), workspace_limits_of(values)
-    limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
-    limits.check_holding(places_inside(machine, bounds))
+    workspace = workspace_of(values)
+    machine = workspace.machine
+    limits = scaled_limits_of(values, machine)
+    limits.check_holding(places_inside(machine, workspace.limits))
     if is_teaching:
         limits = in_teach_mode(limits, machine)
-    return check_program(program, Workspace(machine, bounds), limits, shaper_of(values))
+    return check_program(program, workspace, limits, shaper_of(values))
 
 
 def _tell_check(

@@ -14,14 +14,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tri_glide_kinematics.files import SETTINGS
 from tri_glide_kinematics.keys import UNITS
 from tri_glide_kinematics.picture_commands import MILLIMETRES, exit_code, find_file
 from tri_glide_kinematics.wording import number_text
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.sizing import Cycle, DutyLoad, Sizing, Wish
-
-SETTINGS = Path("program_settings.yaml")
 
 # Numbers of a wish that have the same name on the command line: name, unit, meaning.
 NUMBERS = (
@@ -256,7 +255,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--settings",
         type=Path,
-        default=SETTINGS,
+        default=Path(SETTINGS),
         metavar="FILE",
         help=f"what a program does not say (default: {SETTINGS})",
     )

@@ -50,7 +50,7 @@ from tri_glide_kinematics.programs.settings import (
     ProgramSettings,
 )
 from tri_glide_kinematics.programs.words import NAMED, PERCENT, Block, ProgramError, WordReader
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, vector3
 from tri_glide_kinematics.wording import number_text
 
 INCH = 25.4 * MILLIMETRE  # m
@@ -195,7 +195,7 @@ class _Offsets:
             offset[axis] = value
             if here is not None:
                 offset[axis] = here[axis] - self._set_off[axis] - self._of_tool[axis] - value
-        self._of_work[name] = _vector(offset)
+        self._of_work[name] = vector3(offset)
         self._find_shift()
 
     def call(self, values: Mapping[int, float], here: Sequence[float]) -> None:
@@ -203,7 +203,7 @@ class _Offsets:
         set_off, work = list(self._set_off), self._of_work[self.work]
         for axis, value in values.items():
             set_off[axis] = here[axis] - work[axis] - self._of_tool[axis] - value
-        self._set_off = self._set_off_before = _vector(set_off)
+        self._set_off = self._set_off_before = vector3(set_off)
         self._find_shift()
 
     def call_no_more(self, *, for_good: bool) -> None:
@@ -295,10 +295,11 @@ class _Writer:
         lines = np.frombuffer(self._lines, np.int32)
         kinds, numbers = np.frombuffer(self._kinds, np.uint8), np.frombuffer(self._numbers)
         bounds = np.frombuffer(self._tolerances), np.frombuffer(self._speeds)
-        x, y, z = self._start
         segments = FlatPath.of(kinds, numbers, *bounds, 0.0)
         inner = tuple(output for output in self._outputs if 0 < output.joint < count)
-        return PathRun((x, y, z), segments, lines, np.frombuffer(self._rapid, np.bool_), inner)
+        return PathRun(
+            vector3(self._start), segments, lines, np.frombuffer(self._rapid, np.bool_), inner
+        )
 
 
 class _Interpreter:
@@ -966,8 +967,3 @@ class _Line:
             self._fail(
                 index, f"{letter} has no meaning on this line: take it away if it is not needed"
             )
-
-
-def _vector(values: Sequence[float]) -> Vector3:
-    x, y, z = values
-    return x, y, z

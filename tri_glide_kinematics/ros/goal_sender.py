@@ -11,7 +11,6 @@ from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from tri_glide_interfaces.action import FollowPath, MoveTo
 from tri_glide_interfaces.msg import MachineState
@@ -21,7 +20,7 @@ from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.programs import GoalEnd, GoalProgress, MachineNow, Output
 from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS, vector_of
-from tri_glide_kinematics.ros.outputs import state_of
+from tri_glide_kinematics.ros.outputs import LATCHED, state_of
 from tri_glide_kinematics.vectors import Vector3
 
 
@@ -154,10 +153,6 @@ def output_message(output: Output) -> OutputMessage:
     return OutputMessage(name=output.name, number=output.number, value=float(output.value))
 
 
-# A subscriber that comes later is told the latest message.
-LATEST = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
 class ProgramLink(GoalSender):
     """A ``ProgramMachine``: goals, outputs, and the state of the machine; made once for a node.
 
@@ -170,7 +165,7 @@ class ProgramLink(GoalSender):
         super().__init__(node)
         self.machine: MachineState | None = None
         self._outputs = node.create_publisher(OutputMessage, "outputs", LATEST_OUTPUTS)
-        node.create_subscription(MachineState, "ik_node/machine_state", self._take, LATEST)
+        node.create_subscription(MachineState, "ik_node/machine_state", self._take, LATCHED)
 
     @property
     def now(self) -> MachineNow | None:

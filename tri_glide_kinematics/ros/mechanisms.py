@@ -65,10 +65,10 @@ from tri_glide_kinematics.mechanisms.landing_gear import (
 )
 from tri_glide_kinematics.wording import number_text
 
+# Largest absolute value of a number in a request, in its unit.
 LARGEST = 1e9
-"""Largest absolute value of a number in a request, in its unit."""
+# Smallest size of a mechanism [m].
 SMALLEST = 1e-9
-"""Smallest size of a mechanism [m]."""
 
 
 class RefusedRequestError(KinematicsError):
@@ -167,14 +167,13 @@ def crank_angles(sweep: CrankSweep, max_steps: int, max_turns: int) -> NDArray[n
     return given if given.size else np.linspace(first, last, steps + 1)
 
 
+# A trace has at most this many steps.
+#
+# Of an F-mechanism they take about half a second; the response of 14 MB about a four-bar linkage is
+# made and sent in less than 1 s.
 MAX_STEPS = 100_000
-"""A trace has at most this many steps.
-
-Of an F-mechanism they take about half a second; the response of 14 MB about a four-bar linkage is
-made and sent in less than 1 s.
-"""
+# A trace covers at most this many turns of the crank.
 FOUR_BAR_TURNS = 1000
-"""A trace covers at most this many turns of the crank."""
 
 BRANCHES = {FourBarPoseMessage.OPEN: Branch.OPEN, FourBarPoseMessage.CROSSED: Branch.CROSSED}
 BRANCH_NUMBERS = {
@@ -351,8 +350,8 @@ def _four_bar_event_message(event: SweepEvent) -> TraceEvent:
     )
 
 
+# A trace covers at most this many turns of the crank: they take about two seconds.
 F_MECHANISM_TURNS = 100
-"""A trace covers at most this many turns of the crank: they take about two seconds."""
 
 F_MECHANISM_EVENTS = {
     EventKind.TURNING_POINT: TraceEvent.TURNING_POINT,

@@ -33,23 +33,17 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.values import check_travel as check_travel
     from tri_glide_kinematics.settings.values import description_of as description_of
     from tri_glide_kinematics.settings.values import forces_of as forces_of
-    from tri_glide_kinematics.settings.values import (
-        in_position_bounds_of as in_position_bounds_of,
-    )
+    from tri_glide_kinematics.settings.values import in_position_bounds_of as in_position_bounds_of
     from tri_glide_kinematics.settings.values import limits_of as limits_of
     from tri_glide_kinematics.settings.values import machine_of as machine_of
     from tri_glide_kinematics.settings.values import motion_limits_of as motion_limits_of
-    from tri_glide_kinematics.settings.values import (
-        position_control_of as position_control_of,
-    )
+    from tri_glide_kinematics.settings.values import position_control_of as position_control_of
+    from tri_glide_kinematics.settings.values import scaled_limits_of as scaled_limits_of
     from tri_glide_kinematics.settings.values import shaper_of as shaper_of
-    from tri_glide_kinematics.settings.values import (
-        supervision_bounds_of as supervision_bounds_of,
-    )
+    from tri_glide_kinematics.settings.values import supervision_bounds_of as supervision_bounds_of
     from tri_glide_kinematics.settings.values import swing_of as swing_of
     from tri_glide_kinematics.settings.values import true_travel_of as true_travel_of
-    from tri_glide_kinematics.settings.values import (
-        workspace_limits_of as workspace_limits_of,
-    )
+    from tri_glide_kinematics.settings.values import workspace_limits_of as workspace_limits_of
+    from tri_glide_kinematics.settings.values import workspace_of as workspace_of
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 from tri_glide_kinematics.checks import finite_vector, positive
 from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, minus, plus, vector3
 
 # A step of the simulation is no longer than this [s].
 LONGEST_STEP = 0.0005
@@ -159,8 +159,7 @@ class TrueMachine:
         Raises:
             KinematicsError: if the arms do not meet.
         """
-        (h1, h2, h3), (offset1, offset2, offset3) = heights, self.offsets
-        return self.machine.forward((h1 + offset1, h2 + offset2, h3 + offset3))
+        return self.machine.forward(plus(heights, self.offsets))
 
     def heights(self, position: Vector3, velocity: Vector3) -> tuple[Vector3, Vector3]:
         """Return the heights of the sliders, by the scale of their drives, and their rates.
@@ -172,9 +171,8 @@ class TrueMachine:
         Raises:
             KinematicsError: if the arms do not reach there.
         """
-        (h1, h2, h3), rates = self.machine.inverse_velocity(position, velocity)
-        offset1, offset2, offset3 = self.offsets
-        return (h1 - offset1, h2 - offset2, h3 - offset3), rates
+        heights, rates = self.machine.inverse_velocity(position, velocity)
+        return minus(heights, self.offsets), rates
 
 
 @dataclass(frozen=True)
@@ -224,8 +222,7 @@ class SimulatedSliders:
     @property
     def heights(self) -> Vector3:
         """Where the sliders are, by the scale of their drives. Shape (3,) [m]."""
-        h1, h2, h3 = self._heights
-        return h1, h2, h3
+        return vector3(self._heights)
 
     @property
     def exerted(self) -> Vector3 | None:
@@ -257,12 +254,12 @@ class SimulatedSliders:
     def _drive(self, drives: SimulatedDrives, dt: float) -> None:
         """Let the drives move the machine; where it is stopped, it has no velocity any more."""
         if self._setpoint is not None:
-            setpoint = self._setpoint._replace(heights=_three(self._commanded))
+            setpoint = self._setpoint._replace(heights=vector3(self._commanded))
             # The last setpoint holds as long as no newer one comes.
             self._setpoint = None
         else:
-            setpoint = drives.held(_three(self._commanded))
-        moved = drives.step(self.heights, _three(self._velocities), setpoint, dt)
+            setpoint = drives.held(vector3(self._commanded))
+        moved = drives.step(self.heights, vector3(self._velocities), setpoint, dt)
         for slider, (height, velocity) in enumerate(zip(*moved)):
             stuck, inside = self.faults.stuck_sliders[slider], self._inside(slider, height)
             self._velocities[slider] = 0.0 if stuck or inside != height else velocity
@@ -290,18 +287,11 @@ class SimulatedSliders:
                 self._measured[slider] = self._rounded(height)
         if faults.drop_out > 0.0 and self._random.random() < faults.drop_out:
             return None
-        h1, h2, h3 = self._measured
-        v1, v2, v3 = velocities
-        return (h1, h2, h3), (v1, v2, v3)
+        return vector3(self._measured), vector3(velocities)
 
     def _rounded(self, height: float) -> float:
         step = self.encoder_resolution
         return round(height / step) * step if step > 0.0 else height
-
-
-def _three(values: Sequence[float]) -> Vector3:
-    first, second, third = values
-    return first, second, third
 
 
 # Drives that take each setpoint for its period wait so long for a late one [s].

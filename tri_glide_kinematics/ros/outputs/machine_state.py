@@ -16,7 +16,6 @@ from struct import Struct
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, Vector3
 from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -35,6 +34,7 @@ from tri_glide_kinematics.control import (
     status_of,
 )
 from tri_glide_kinematics.reason_log import ReasonLog, RefusalLog
+from tri_glide_kinematics.ros.loop import steady_timer
 from tri_glide_kinematics.ros.messages import set_stamp
 from tri_glide_kinematics.wording import number_text
 
@@ -64,7 +64,7 @@ class DiagnosticsPublisher:
         self._node = node
         self._health = health
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        node.create_timer(1.0, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        steady_timer(node, 1.0, self._publish)
 
     def _publish(self) -> None:
         message = DiagnosticArray()
