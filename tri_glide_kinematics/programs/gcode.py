@@ -49,7 +49,7 @@ from tri_glide_kinematics.programs.settings import (
     ProgramSettings,
 )
 from tri_glide_kinematics.programs.words import NAMED, PERCENT, Block, ProgramError, WordReader
-from tri_glide_kinematics.vectors import Vector3, vector3
+from tri_glide_kinematics.vectors import Point, Vector3, vector3
 from tri_glide_kinematics.wording import number_text
 
 # Arcs: their centre and angle, of numbers that are rounded.
@@ -65,9 +65,6 @@ SAME_POINT = 1e-9
 
 class NoArcError(Exception):
     """The numbers of an arc determine none; says why."""
-
-
-Point = tuple[float, float]
 
 
 def centre_of_radius(start: Point, end: Point, radius: float, clockwise: bool) -> Point:
