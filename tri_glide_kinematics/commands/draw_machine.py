@@ -11,11 +11,11 @@ import math
 import signal
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from tri_glide_kinematics.commands.draw_motion import add_node_argument
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
+    add_file,
     command_parser,
     exit_code,
     find_file,
@@ -118,18 +118,11 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="METRES",
         help="step of the drives (default: 0.00001)",
     )
-    parser.add_argument(
-        "--measurements",
-        type=Path,
-        metavar="FILE",
-        help="measurements of a calibration, whose uncertainty is drawn, too",
+    add_file(
+        parser, "--measurements", "measurements of a calibration, whose uncertainty is drawn, too"
     )
-    parser.add_argument(
-        "--stl", type=Path, metavar="FILE", help="write the surface of the workspace in STL, in mm"
-    )
-    parser.add_argument(
-        "--glb", type=Path, metavar="FILE", help="write it as binary glTF, in metres"
-    )
+    add_file(parser, "--stl", "write the surface of the workspace in STL, in mm")
+    add_file(parser, "--glb", "write it as binary glTF, in metres")
     return parser
 
 
