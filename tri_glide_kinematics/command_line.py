@@ -26,31 +26,23 @@ class Command(NamedTuple):
     meaning: str
 
 
+# Modules of commands that are not in the room ``commands``.
+ELSEWHERE = {"draw_mechanism": "mechanisms.pictures.command"}
+
 COMMANDS = {
-    "calibrate": Command(
-        "commands.calibrate", "find the true geometry of a machine from measurements"
-    ),
-    "describe_machine": Command(
-        "commands.describe_machine", "a machine as URDF for RViz and as MJCF for MuJoCo"
-    ),
-    "draw_machine": Command(
-        "commands.draw_machine", "maps of a machine, and the surface of its workspace"
-    ),
-    "draw_mechanism": Command(
-        "mechanisms.pictures.command", "pictures of a four-bar linkage or an F-mechanism"
-    ),
-    "draw_motion": Command(
-        "commands.draw_motion", "the motion of a program, of points or a drive file, as a picture"
-    ),
-    "drive": Command(
-        "commands.drive", "with --check: prove a program or points; to drive them needs ROS 2"
-    ),
-    "identify": Command("commands.identify", "masses and friction from the efforts of the drives"),
-    "judge": Command("commands.judge", "tell whether recorded setpoints keep all limits"),
-    "ringdown": Command(
-        "commands.ringdown", "find the modes of a machine from recordings of its swings"
-    ),
-    "size": Command("commands.size", "from what a machine has to do to its lengths and motors"),
+    name: Command(ELSEWHERE.get(name, f"commands.{name}"), meaning)
+    for name, meaning in (
+        ("calibrate", "find the true geometry of a machine from measurements"),
+        ("describe_machine", "a machine as URDF for RViz and as MJCF for MuJoCo"),
+        ("draw_machine", "maps of a machine, and the surface of its workspace"),
+        ("draw_mechanism", "pictures of a four-bar linkage or an F-mechanism"),
+        ("draw_motion", "the motion of a program, of points or a drive file, as a picture"),
+        ("drive", "with --check: prove a program or points; to drive them needs ROS 2"),
+        ("identify", "masses and friction from the efforts of the drives"),
+        ("judge", "tell whether recorded setpoints keep all limits"),
+        ("ringdown", "find the modes of a machine from recordings of its swings"),
+        ("size", "from what a machine has to do to its lengths and motors"),
+    )
 }
 
 # Words that complete a command line: what has come, and what fits there. Where no word fits, the

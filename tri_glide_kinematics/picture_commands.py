@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import write_file
+from tri_glide_kinematics.keys import UNITS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,6 +70,20 @@ def command_parser(description: str, file_help: str) -> argparse.ArgumentParser:
         "--output", type=Path, default=Path("out"), metavar="DIR", help="folder (default: out)"
     )
     return parser
+
+
+def add_file(
+    parser: argparse.ArgumentParser, name: str, meaning: str, default: Path | None = None
+) -> None:
+    """Add an option with this ``name`` to a ``parser``, which names a file."""
+    parser.add_argument(name, type=Path, default=default, metavar="FILE", help=meaning)
+
+
+def add_unit(parser: argparse.ArgumentParser) -> None:
+    """Add the option that names the unit of points to a ``parser``."""
+    parser.add_argument(
+        "--unit", choices=tuple(UNITS), help="of points whose columns name none in their heads"
+    )
 
 
 def use_one_thread() -> None:

@@ -25,8 +25,8 @@ from tri_glide_kinematics.programs import (
     load_kept,
     read_program,
 )
+from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
-from tri_glide_kinematics.ros.program_link import ProgramLink
 from tri_glide_kinematics.ros.starting import executable
 
 TIMEOUT = 60.0  # s

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from tri_glide_kinematics.ros.outputs import AllJointStates
+from tri_glide_kinematics.nodes.fk_node import AllJointStates
 from tri_glide_kinematics.settings import FK_NODE
 
 ROOT = Path(__file__).parents[2]

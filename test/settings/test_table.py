@@ -7,7 +7,7 @@ import pytest
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError
 from tri_glide_kinematics.settings import Parameter, ParameterError, change_text, start_text
-from tri_glide_kinematics.settings.table import markdown_table, plain_list
+from tri_glide_kinematics.settings.tables import markdown_table, plain_list
 
 RATE = Parameter("rate", 500.0, "setpoints per second", "1/s", 10.0, 2000.0)
 LIMITS = Parameter("limits", (1.0, 1.0, 1.0), "limit of each", "m/s", 0.1, 9.0, live=True)

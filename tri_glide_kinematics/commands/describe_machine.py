@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tri_glide_kinematics.commands.draw_motion import add_node_argument
-from tri_glide_kinematics.picture_commands import exit_code, find_file
+from tri_glide_kinematics.picture_commands import add_file, exit_code, find_file
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -82,8 +82,8 @@ def make_parser() -> argparse.ArgumentParser:
         "files, the later one wins, as that of a calibration",
     )
     add_node_argument(parser)
-    parser.add_argument("--urdf", type=Path, metavar="FILE", help="write the URDF to this file")
-    parser.add_argument("--mjcf", type=Path, metavar="FILE", help="write the MJCF to this file")
+    add_file(parser, "--urdf", "write the URDF to this file")
+    add_file(parser, "--mjcf", "write the MJCF to this file")
     parser.add_argument(
         "--rod-distance",
         type=float,

@@ -11,11 +11,11 @@ import math
 import signal
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from tri_glide_kinematics.commands.draw_motion import add_node_argument
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
+    add_file,
     command_parser,
     exit_code,
     find_file,
@@ -53,8 +53,7 @@ def _draw(options: argparse.Namespace) -> None:
         IK_NODE,
         file_values,
         limits_of,
-        machine_of,
-        workspace_limits_of,
+        workspace_of,
     )
     from tri_glide_kinematics.sizing import (
         NoCylinderError,
@@ -64,12 +63,11 @@ def _draw(options: argparse.Namespace) -> None:
         stl_bytes,
         surface,
     )
-    from tri_glide_kinematics.workspace import Workspace
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     file = find_file(options.file)
     values = file_values(str(file), options.node, IK_NODE)
-    workspace = Workspace(machine_of(values), workspace_limits_of(values))
+    workspace = workspace_of(values)
     deviations = None
     if options.measurements is not None:
         from tri_glide_kinematics.calibration.fit import load_measurements
@@ -120,18 +118,11 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="METRES",
         help="step of the drives (default: 0.00001)",
     )
-    parser.add_argument(
-        "--measurements",
-        type=Path,
-        metavar="FILE",
-        help="measurements of a calibration, whose uncertainty is drawn, too",
+    add_file(
+        parser, "--measurements", "measurements of a calibration, whose uncertainty is drawn, too"
     )
-    parser.add_argument(
-        "--stl", type=Path, metavar="FILE", help="write the surface of the workspace in STL, in mm"
-    )
-    parser.add_argument(
-        "--glb", type=Path, metavar="FILE", help="write it as binary glTF, in metres"
-    )
+    add_file(parser, "--stl", "write the surface of the workspace in STL, in mm")
+    add_file(parser, "--glb", "write it as binary glTF, in metres")
     return parser
 
 

@@ -14,9 +14,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tri_glide_kinematics.files import PARAMETERS, SETTINGS
-from tri_glide_kinematics.keys import UNITS
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
+    add_file,
+    add_unit,
     command_parser,
     exit_code,
     find_file,
@@ -69,12 +70,11 @@ def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_parameter_arguments(parser: argparse.ArgumentParser) -> None:
     """Add what tells a command where the parameters of the machine are."""
-    parser.add_argument(
+    add_file(
+        parser,
         "--parameters",
-        type=Path,
-        default=Path(PARAMETERS),
-        metavar="FILE",
-        help=f"parameters of the machine (default: {PARAMETERS})",
+        f"parameters of the machine (default: {PARAMETERS})",
+        Path(PARAMETERS),
     )
     add_node_argument(parser)
 
@@ -101,12 +101,10 @@ def _draw(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.settings import (
         IK_NODE,
         file_values,
-        machine_of,
-        motion_limits_of,
+        scaled_limits_of,
         shaper_of,
-        workspace_limits_of,
+        workspace_of,
     )
-    from tri_glide_kinematics.workspace import Workspace
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     file, parameters = find_file(options.file), find_file(options.parameters)
@@ -117,12 +115,12 @@ def _draw(options: argparse.Namespace) -> None:
             f"{file}: its places are in the frame {work.frame}, and where that is from "
             f"{values['base_frame']} is known to a running machine only"
         )
-    machine = machine_of(values)
-    limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
-    bounds = workspace_limits_of(values)
+    workspace = workspace_of(values)
+    machine, bounds = workspace.machine, workspace.limits
+    limits = scaled_limits_of(values, machine)
     timed = time_steps(
         work,
-        Workspace(machine, bounds),
+        workspace,
         limits,
         kind=MotionKind(values["motion"]),
         shaper=shaper_of(values),
@@ -178,27 +176,21 @@ def make_parser() -> argparse.ArgumentParser:
         "program (.gcode, .nc, .ngc, .tap), table of points (.csv), or drive file in YAML; those "
         "of config/ are found by their name alone",
     )
-    parser.add_argument(
-        "--csv", type=Path, metavar="FILE", help="write the setpoints as a table, too"
-    )
-    parser.add_argument(
+    add_file(parser, "--csv", "write the setpoints as a table, too")
+    add_file(
+        parser,
         "--mcap",
-        type=Path,
-        metavar="FILE",
-        help="write the setpoints as a recording of joint_commands, too; needs mcap-ros2-support",
+        "write the setpoints as a recording of joint_commands, too; needs mcap-ros2-support",
     )
     add_machine_arguments(parser)
-    parser.add_argument(
+    add_file(
+        parser,
         "--settings",
-        type=Path,
-        default=Path(SETTINGS),
-        metavar="FILE",
-        help="what a program does not say: dialect, offsets, tools, home; of points, tolerance and "
+        "what a program does not say: dialect, offsets, tools, home; of points, tolerance and "
         f"speed (default: {SETTINGS})",
+        Path(SETTINGS),
     )
-    parser.add_argument(
-        "--unit", choices=tuple(UNITS), help="of points whose columns name none in their heads"
-    )
+    add_unit(parser)
     return parser
 
 

@@ -28,8 +28,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.control import TEACH_SPEED, in_teach_mode
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import PARAMETERS, SETTINGS
-from tri_glide_kinematics.keys import UNITS
-from tri_glide_kinematics.picture_commands import find_file
+from tri_glide_kinematics.picture_commands import add_file, add_unit, find_file
 from tri_glide_kinematics.programs import (
     POINTS_ENDING,
     PROGRAM_ENDINGS,
@@ -56,17 +55,16 @@ from tri_glide_kinematics.settings import (
     IK_NODE,
     Values,
     file_values,
-    machine_of,
-    motion_limits_of,
+    scaled_limits_of,
     shaper_of,
-    workspace_limits_of,
+    workspace_of,
 )
-from tri_glide_kinematics.workspace import Workspace, places_inside
+from tri_glide_kinematics.workspace import places_inside
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-    from tri_glide_kinematics.ros.program_link import ProgramLink
+    from tri_glide_kinematics.ros.goal_sender import ProgramLink
 
 ENDINGS_TEXT = ", ".join(PROGRAM_ENDINGS)
 
@@ -95,12 +93,13 @@ def check_on_machine(
         KinematicsError: if a place of the program is not inside the workspace, or the parameters
             describe no machine.
     """
-    machine, bounds = machine_of(values), workspace_limits_of(values)
-    limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
-    limits.check_holding(places_inside(machine, bounds))
+    workspace = workspace_of(values)
+    machine = workspace.machine
+    limits = scaled_limits_of(values, machine)
+    limits.check_holding(places_inside(machine, workspace.limits))
     if is_teaching:
         limits = in_teach_mode(limits, machine)
-    return check_program(program, Workspace(machine, bounds), limits, shaper_of(values))
+    return check_program(program, workspace, limits, shaper_of(values))
 
 
 def _tell_check(
@@ -263,7 +262,7 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
     from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
 
-    from tri_glide_kinematics.ros.program_link import ProgramLink
+    from tri_glide_kinematics.ros.goal_sender import ProgramLink
     from tri_glide_kinematics.ros.starting import EndSignals, choose_transport, shut_down
 
     choose_transport()
@@ -324,25 +323,21 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="check the file and drive nothing; of a program, tell its duration and length",
     )
-    parser.add_argument(
+    add_file(
+        parser,
         "--settings",
-        type=Path,
-        metavar="FILE",
-        help=f"what a program does not say: dialect, offsets, tools, home (default: {SETTINGS})",
+        f"what a program does not say: dialect, offsets, tools, home (default: {SETTINGS})",
     )
-    parser.add_argument(
+    add_file(
+        parser,
         "--parameters",
-        type=Path,
-        metavar="FILE",
-        help="parameters of the machine that --check takes, which needs no running ik_node "
+        "parameters of the machine that --check takes, which needs no running ik_node "
         f"(default: {PARAMETERS}); a program that is driven is checked with those of ik_node",
     )
     parser.add_argument(
         "--optional-stops", action="store_true", help="M1 waits for Enter, as M0 and M6 do"
     )
-    parser.add_argument(
-        "--unit", choices=tuple(UNITS), help="of points whose columns name none in their heads"
-    )
+    add_unit(parser)
     begin = parser.add_mutually_exclusive_group()
     begin.add_argument(
         "--from",
@@ -361,11 +356,10 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="wait for Enter before each line of a program that does something",
     )
-    parser.add_argument(
+    add_file(
+        parser,
         "--progress",
-        type=Path,
-        metavar="FILE",
-        help="where it is kept how far a program came (default: a file for each machine in "
+        "where it is kept how far a program came (default: a file for each machine in "
         "tri_glide_kinematics/ in $XDG_STATE_HOME, ~/.local/state)",
     )
     return parser

@@ -62,22 +62,18 @@ def _excite(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.settings import (
         IK_NODE,
         file_values,
-        machine_of,
-        motion_limits_of,
+        scaled_limits_of,
         shaper_of,
-        workspace_limits_of,
+        workspace_of,
     )
-    from tri_glide_kinematics.workspace import Workspace
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     values = file_values(str(find_file(options.parameters)), options.node, IK_NODE)
-    machine = machine_of(values)
-    workspace = Workspace(machine, workspace_limits_of(values))
-    limits = motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
+    workspace = workspace_of(values)
     # As ik_node will drive them.
     found = exciting_moves(
         workspace,
-        limits,
+        scaled_limits_of(values, workspace.machine),
         options.duration,
         seed=options.seed,
         kind=MotionKind(values["motion"]),

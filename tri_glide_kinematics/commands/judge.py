@@ -38,22 +38,20 @@ def _judge(options: argparse.Namespace) -> int:
     from tri_glide_kinematics.settings import (
         IK_NODE,
         file_values,
-        machine_of,
-        motion_limits_of,
-        workspace_limits_of,
+        scaled_limits_of,
+        workspace_of,
     )
     from tri_glide_kinematics.wording import number_text
-    from tri_glide_kinematics.workspace import Workspace
 
     try:
         parameters = find_file(options.parameters)
         values = file_values(str(parameters), options.node, IK_NODE)
         recording = load_recording(options.file, values["joint_names"], options.topic)
-        machine = machine_of(values)
+        workspace = workspace_of(values)
         judgement = judge(
             recording,
-            Workspace(machine, workspace_limits_of(values)),
-            motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"]),
+            workspace,
+            scaled_limits_of(values, workspace.machine),
             1.0 / (options.rate or values["rate"]),
             longest_gap=options.gap,
             may_pause=options.pauses,

@@ -14,14 +14,18 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tri_glide_kinematics.keys import UNITS
-from tri_glide_kinematics.picture_commands import MILLIMETRES, exit_code, find_file
+from tri_glide_kinematics.files import SETTINGS
+from tri_glide_kinematics.picture_commands import (
+    MILLIMETRES,
+    add_file,
+    add_unit,
+    exit_code,
+    find_file,
+)
 from tri_glide_kinematics.wording import number_text
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.sizing import Cycle, DutyLoad, Sizing, Wish
-
-SETTINGS = Path("program_settings.yaml")
 
 # Numbers of a wish that have the same name on the command line: name, unit, meaning.
 NUMBERS = (
@@ -246,26 +250,17 @@ def make_parser() -> argparse.ArgumentParser:
         help="what is to be least: size of the machine, or power of its motors (default: size); "
         "the other one is shown beside it",
     )
-    parser.add_argument(
+    add_file(
+        parser,
         "--drive",
-        type=Path,
-        metavar="FILE",
-        help="program, points or drive file for a duty cycle (default: 25 mm up, 305 mm across, "
+        "program, points or drive file for a duty cycle (default: 25 mm up, 305 mm across, "
         "25 mm down, and back)",
     )
-    parser.add_argument(
-        "--settings",
-        type=Path,
-        default=SETTINGS,
-        metavar="FILE",
-        help=f"what a program does not say (default: {SETTINGS})",
+    add_file(
+        parser, "--settings", f"what a program does not say (default: {SETTINGS})", Path(SETTINGS)
     )
-    parser.add_argument(
-        "--unit", choices=tuple(UNITS), help="of points whose columns name none in their heads"
-    )
-    parser.add_argument(
-        "--write", type=Path, metavar="FILE", help="write a parameter file for all nodes"
-    )
+    add_unit(parser)
+    add_file(parser, "--write", "write a parameter file for all nodes")
     parser.add_argument(
         "--nearest", action="store_true", help="write that of the nearest possible wish, too"
     )

@@ -3,8 +3,7 @@
 A ``controller`` is made of the ``operation`` of a machine, a ``commanded_motion`` and a
 ``command_queue``.
 For other rooms: ``controller``, ``status`` and ``operating_state``; ``supervision`` and
-``newest_target`` for its bounds; ``health`` and ``loop_statistics`` for what a node says about
-itself.
+``newest_target`` for its bounds; ``health`` for what a node says about itself.
 """
 
 from typing import TYPE_CHECKING
@@ -24,11 +23,11 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.feed_forward import FeedForward as FeedForward
     from tri_glide_kinematics.control.health import Health as Health
     from tri_glide_kinematics.control.health import Level as Level
+    from tri_glide_kinematics.control.health import LoopStatistics as LoopStatistics
     from tri_glide_kinematics.control.health import delay_counts as delay_counts
     from tri_glide_kinematics.control.health import health_of as health_of
     from tri_glide_kinematics.control.health import line_of as line_of
     from tri_glide_kinematics.control.health import status_of as status_of
-    from tri_glide_kinematics.control.loop_statistics import LoopStatistics as LoopStatistics
     from tri_glide_kinematics.control.newest_target import CAUSE_OF as CAUSE_OF
     from tri_glide_kinematics.control.newest_target import Arrival as Arrival
     from tri_glide_kinematics.control.newest_target import InPosition as InPosition
@@ -62,12 +61,12 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operation import BrokenError as BrokenError
     from tri_glide_kinematics.control.operation import Operation as Operation
     from tri_glide_kinematics.control.operation import StartingPlace as StartingPlace
-    from tri_glide_kinematics.control.streams import LEAST_PAUSE as LEAST_PAUSE
-    from tri_glide_kinematics.control.streams import SLOWEST_STREAM as SLOWEST_STREAM
-    from tri_glide_kinematics.control.streams import Streams as Streams
-    from tri_glide_kinematics.control.streams import twist_stream as twist_stream
+    from tri_glide_kinematics.control.supervision import LEAST_PAUSE as LEAST_PAUSE
     from tri_glide_kinematics.control.supervision import SILENT_CYCLES as SILENT_CYCLES
+    from tri_glide_kinematics.control.supervision import SLOWEST_STREAM as SLOWEST_STREAM
+    from tri_glide_kinematics.control.supervision import Streams as Streams
     from tri_glide_kinematics.control.supervision import SupervisionBounds as SupervisionBounds
     from tri_glide_kinematics.control.supervision import Supervisor as Supervisor
+    from tri_glide_kinematics.control.supervision import twist_stream as twist_stream
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

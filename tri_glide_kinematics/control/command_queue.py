@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.control.newest_target import NewestTarget
 from tri_glide_kinematics.control.operating_state import Cause, CommandRefusedError, Reason
-from tri_glide_kinematics.control.streams import Streams
+from tri_glide_kinematics.control.supervision import Streams
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine import (

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.command_queue import CommandQueue, Decided
     from tri_glide_kinematics.control.newest_target import NewestTarget
     from tri_glide_kinematics.control.operation import Operation
-    from tri_glide_kinematics.control.streams import Streams
+    from tri_glide_kinematics.control.supervision import Streams
 
 STATE_OF = {
     MotionPhase.MOVING: MOVING,

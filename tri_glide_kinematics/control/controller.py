@@ -33,8 +33,7 @@ from tri_glide_kinematics.control.operation import (
     Operation,
     StartingPlace,
 )
-from tri_glide_kinematics.control.streams import Streams
-from tri_glide_kinematics.control.supervision import Supervisor
+from tri_glide_kinematics.control.supervision import Streams, Supervisor
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.motion.engine import (
     GoalCode,

@@ -30,8 +30,7 @@ from tri_glide_kinematics.wording import number_text
 if TYPE_CHECKING:
     from tri_glide_kinematics.control.command_queue import CommandQueue
     from tri_glide_kinematics.control.newest_target import NewestTarget
-    from tri_glide_kinematics.control.streams import Streams
-    from tri_glide_kinematics.control.supervision import Supervisor
+    from tri_glide_kinematics.control.supervision import Streams, Supervisor
 
 NO_MEASUREMENT = Reason(Cause.NO_MEASUREMENT, "no measured slider heights yet")
 MEASURED = Reason(Cause.MEASUREMENT, "measured slider heights received")

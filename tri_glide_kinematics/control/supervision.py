@@ -1,4 +1,8 @@
-"""Compares what the sliders are measured to do with what they were told. No ROS in here."""
+"""Watches what has to come in time: measured heights, and commands that have to be renewed.
+
+What the sliders are measured to do is compared with what they were told. Of the commands it is
+known how often they come, and when a stopped stream may go on. No ROS in here.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,9 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from tri_glide_kinematics.control.operating_state import Cause, Reason
+from tri_glide_kinematics.control.operating_state import Cause, CommandRefusedError, Reason
+from tri_glide_kinematics.errors import Refusal
+from tri_glide_kinematics.motion.engine import Command, TargetKind
 from tri_glide_kinematics.wording import number_text
 
 # The machine is silent only if it says nothing while we listen: after a late cycle of our own the
@@ -138,3 +144,167 @@ class Supervisor:
             f"measured heights are silent for {number_text(silence, 3)} s, more than "
             f"{number_text(self.bounds.timeout, 3)} s",
         )
+
+
+# Commands that come less often than this are those of a person, not a stream [s].
+SLOWEST_STREAM = 1.0
+
+# A stream that was stopped has let go when nothing came for this long, or for its timeout if that
+# is longer: a network that is held up shall not set a stopped machine off [s].
+LEAST_PAUSE = 0.5
+
+# How fast two clocks may go apart: so much the usual age of commands is taken to grow [s/s].
+DRIFT = 0.01
+
+
+class Stream:
+    """Knows when its commands came in, and whether their sender has let go after a stop.
+
+    Attributes:
+        timeout: longest time between two commands [s].
+        looked_at: until when all commands that had come in were received [s].
+    """
+
+    def __init__(
+        self, command: str, motion: str, release: str, timeout: float, silent: Cause
+    ) -> None:
+        """Wait for the first command.
+
+        Args:
+            command: what comes, in words; the timeout is the parameter with that name.
+            motion: what goes on while they come, in words.
+            release: what the sender has to do after a stop, in words.
+            timeout: longest time between two commands [s].
+            silent: cause of the stop when they do not come any more.
+        """
+        self.timeout = timeout
+        self.looked_at = math.inf
+        self._command = command
+        self._motion = motion
+        self._release = release
+        self._silent = silent
+        self._received = -math.inf
+        self._accepted = -math.inf
+        self._release_needed = False
+        # That of the quickest command, by clocks that need not be set alike [s].
+        self._usual_age = math.inf
+
+    def receive(self, now: float, released: bool = False) -> float:
+        """Note a command that comes in ``now`` [s]; return how long after the last one [s].
+
+        A pause of the sender is what was seen of it: if nobody looked for commands meanwhile, this
+        one may have waited for long.
+
+        Args:
+            now: time of receipt [s].
+            released: whether it says that the sender lets go.
+        """
+        seen_pause = min(now, self.looked_at) - self._received
+        pause, self._received = now - self._received, now
+        self._usual_age += DRIFT * min(pause, LEAST_PAUSE)
+        if released or seen_pause > self._least_pause:
+            self._release_needed = False
+            self._usual_age = math.inf
+        return pause
+
+    @property
+    def _least_pause(self) -> float:
+        return max(self.timeout, LEAST_PAUSE)
+
+    def need_release(self) -> None:
+        """Listen to no command before the sender has let go."""
+        self._release_needed = True
+
+    def check_released(self) -> None:
+        """Check that commands are listened to.
+
+        Raises:
+            CommandRefusedError: if their sender did not let go since the motion was stopped.
+        """
+        if self._release_needed:
+            raise CommandRefusedError(
+                f"{self._motion} was stopped: it needs {self._release} of "
+                f"{self._least_pause:g} s before it goes on",
+                Refusal.NOT_RELEASED,
+            )
+
+    def check_age(self, age: float) -> None:
+        """Check that a command was not held up on its way, by the ``age`` of its stamp [s].
+
+        NaN is no stamp. Clocks need not be set alike: what counts is how much older it is than the
+        quickest one since the sender let go.
+
+        Raises:
+            CommandRefusedError: if that is more than the timeout.
+        """
+        self._usual_age = min(self._usual_age, age)
+        late = age - self._usual_age
+        if late > self.timeout:
+            raise CommandRefusedError(
+                f"the {self._command} is {number_text(late, 2)} s older than the quickest one, by "
+                f"its stamp: at most {self._command}_timeout, {self.timeout:g} s",
+                Refusal.STAMP,
+            )
+
+    def accept(self, received: float) -> None:
+        """Note that a command that came in at ``received`` [s] is carried out."""
+        self._accepted = received
+
+    def silence(self, now: float) -> Reason | None:
+        """Return why the motion has to end ``now`` [s], or None."""
+        if now - self._accepted > self.timeout:
+            return Reason(self._silent, f"no {self._command} for {self.timeout:g} s")
+        return None
+
+    def remark(self, pause: float) -> str:
+        """Return what is to be said of a stream with such a ``pause`` [s]; empty if it is fine."""
+        if not self.timeout < pause < SLOWEST_STREAM:
+            return ""
+        return (
+            f", {number_text(pause, 2)} s after the last one: longer than "
+            f"{self._command}_timeout, {self.timeout:g} s"
+        )
+
+
+def twist_stream(timeout: float) -> Stream:
+    """Return the stream of twists that a jog needs, with its ``timeout`` [s]."""
+    release = "a twist of zero or a pause"
+    return Stream("twist", "jogging", release, timeout, Cause.TWISTS_SILENT)
+
+
+def target_stream(timeout: float) -> Stream:
+    """Return the stream of states of a moving target, with its ``timeout`` [s]."""
+    return Stream("target", "tracking", "a pause", timeout, Cause.TARGETS_SILENT)
+
+
+@dataclass(frozen=True)
+class Streams:
+    """All that has to be renewed.
+
+    Attributes:
+        twists: of jogs.
+        targets: states of a moving target.
+    """
+
+    twists: Stream
+    targets: Stream
+
+    @classmethod
+    def with_timeouts(cls, twist: float, target: float) -> Streams:
+        """Return both, with the longest times between two commands [s]."""
+        return cls(twist_stream(twist), target_stream(target))
+
+    def of(self, command: Command) -> Stream | None:
+        """Return the stream that a ``command`` is of; None if it need not be renewed."""
+        if command.kind is TargetKind.VELOCITY:
+            return self.twists
+        return self.targets if command.kind is TargetKind.MOVING else None
+
+    def looked(self, now: float) -> None:
+        """Note that all commands that have come in until ``now`` [s] were received."""
+        self.twists.looked_at = self.targets.looked_at = now
+
+    def need_release(self) -> None:
+        """Listen to none before its sender has let go."""
+        self.twists.need_release()
+        self.targets.need_release()

@@ -35,11 +35,9 @@ from tri_glide_kinematics.settings import (
     CALIBRATION_NODE,
     IK_NODE,
     NO_SHAPER,
-    machine_of,
-    workspace_limits_of,
+    workspace_of,
 )
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Workspace
 
 MACHINE_STATE = "ik_node/machine_state"
 MOTION = "ik_node/motion_state"
@@ -204,6 +202,7 @@ def _settings(told: Sequence[Any]) -> IkSettings:
         entry.name: entry.checked(parameter_value_to_python(value))
         for entry, value in zip(PARAMETERS, told)
     }
-    workspace = Workspace(machine_of(values), workspace_limits_of(values))
     shaper = values["shaper"]
-    return IkSettings(workspace, values["height_offsets"], None if shaper == NO_SHAPER else shaper)
+    return IkSettings(
+        workspace_of(values), values["height_offsets"], None if shaper == NO_SHAPER else shaper
+    )

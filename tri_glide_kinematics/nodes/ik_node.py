@@ -9,8 +9,6 @@ from functools import partial
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry, Path
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
@@ -38,7 +36,7 @@ from tri_glide_kinematics.ros.inputs import (
     SliderMeasurements,
 )
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.loop import Cycle, PlanningTime
+from tri_glide_kinematics.ros.loop import Cycle, PlanningTime, steady_timer
 from tri_glide_kinematics.ros.messages import (
     LATEST_OUTPUTS,
     age_of,
@@ -135,8 +133,9 @@ class IkNode(Node):
         machine, _ = self._machine_of(values)
         self._feed_forward = FeedForward(period, values["force_window"])
         self._feed_forward.forces = forces_of(values, machine)
+        workspace = Workspace(machine, workspace_limits_of(values))
         self._engine = MotionEngine(
-            Workspace(machine, workspace_limits_of(values)),
+            workspace,
             motion_limits_of(values, machine, self._feed_forward.forces),
             kind=MotionKind[values["motion"].upper()],
             speed_scale=values["speed_scale"],
@@ -169,8 +168,7 @@ class IkNode(Node):
             lambda: self._on_others(self._others.look()),
         )
         DiagnosticsPublisher(self, self._health)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(STATUS_PERIOD, self._tell_progress, clock=steady)
+        steady_timer(self, STATUS_PERIOD, self._tell_progress)
         poses = self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE)
         twists = self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY)
         states = self.create_subscription(Odometry, "target_state", self._on_state, LATEST_ONLY)
@@ -180,21 +178,12 @@ class IkNode(Node):
         )
         self._stream_topics = (twists.topic_name, states.topic_name)
         self._reliable_topics = (poses.topic_name, paths.topic_name)
-        urgent = (
-            self._measured,
-            poses,
-            twists,
-            states,
-            paths,
-            *services.urgent,
-        )
+        urgent = (self._measured, poses, twists, states, paths, *services.urgent)
         # The way to a pose takes a millisecond to plan: it begins in the sleep before the cycle.
         self.cycle = Cycle(
             urgent, period, self._cycle, self._plan, (poses,), self._may_end, self._end
         )
-        Markers(
-            self, Workspace(machine, workspace_limits_of(values)), self._base_frame, self._engine
-        )
+        Markers(self, workspace, self._base_frame, self._engine)
         patient = PatientServices(self, lambda: self._engine.phase is MotionPhase.IDLE)
         self._actions = MotionActions(
             self,

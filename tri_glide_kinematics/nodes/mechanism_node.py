@@ -16,20 +16,24 @@ from tri_glide_interfaces.srv import (
 )
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
-from tri_glide_kinematics.ros.mechanisms import f_mechanism as f_mechanism_messages
-from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
-from tri_glide_kinematics.ros.mechanisms import landing_gear as landing_gear_messages
-from tri_glide_kinematics.ros.mechanisms.fields import check_numbers
+from tri_glide_kinematics.ros.mechanisms import (
+    check_numbers,
+    solve_f_mechanism,
+    solve_four_bar,
+    solve_landing_gear,
+    trace_f_mechanism,
+    trace_four_bar,
+)
 from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
 
 Fill = Callable[[Any, Any], None]
 
 SERVICES: tuple[tuple[str, type, Fill], ...] = (
-    ("solve_four_bar", SolveFourBar, four_bar_messages.solve),
-    ("trace_four_bar", TraceFourBar, four_bar_messages.trace),
-    ("solve_f_mechanism", SolveFMechanism, f_mechanism_messages.solve),
-    ("trace_f_mechanism", TraceFMechanism, f_mechanism_messages.trace),
-    ("solve_landing_gear", SolveLandingGear, landing_gear_messages.solve),
+    ("solve_four_bar", SolveFourBar, solve_four_bar),
+    ("trace_four_bar", TraceFourBar, trace_four_bar),
+    ("solve_f_mechanism", SolveFMechanism, solve_f_mechanism),
+    ("trace_f_mechanism", TraceFMechanism, trace_f_mechanism),
+    ("solve_landing_gear", SolveLandingGear, solve_landing_gear),
 )
 
 

@@ -9,8 +9,6 @@ import math
 import random
 
 from geometry_msgs.msg import PoseStamped
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rclpy.serialization import deserialize_message
@@ -22,7 +20,7 @@ from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples
 from tri_glide_kinematics.ros.inputs import SliderMeasurements, StampedReading
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.loop import Cycle
+from tri_glide_kinematics.ros.loop import Cycle, steady_timer
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.settings import (
     SIMULATOR_NODE,
@@ -182,8 +180,7 @@ class SimulatorNode(Node):
         self._message_with_forces = StampedTriples(message, 3)
         self._now = self.get_clock().now
         self._publisher = self.create_publisher(JointState, "joint_states", RELIABLE)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(1.0, self._reasons.end_of_second, clock=steady)
+        steady_timer(self, 1.0, self._reasons.end_of_second)
         # Best effort, so that no old command is sent again after the connection was lost.
         depth = WAITING_SETPOINTS if values["setpoint_period"] else qos_profile_sensor_data.depth
         quality = QoSProfile(depth=depth, reliability=qos_profile_sensor_data.reliability)

@@ -46,9 +46,9 @@ from tri_glide_kinematics.panel.tabs import (
     pose_of,
 )
 from tri_glide_kinematics.programs import default_kept_file
+from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
-from tri_glide_kinematics.ros.program_link import ProgramLink
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.ros.starting import default_parameter_file
 from tri_glide_kinematics.settings import PANEL_NODE, Values

@@ -5,8 +5,10 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.programs.check import NoMotionError as NoMotionError
     from tri_glide_kinematics.programs.check import ProgramCheck as ProgramCheck
     from tri_glide_kinematics.programs.check import check_program as check_program
+    from tri_glide_kinematics.programs.check import time_steps as time_steps
     from tri_glide_kinematics.programs.drive_files import DriveFile as DriveFile
     from tri_glide_kinematics.programs.drive_files import DriveFileError as DriveFileError
     from tri_glide_kinematics.programs.drive_files import ProgressLine as ProgressLine
@@ -47,8 +49,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.settings import ProgramSettings as ProgramSettings
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError
     from tri_glide_kinematics.programs.settings import load_settings as load_settings
-    from tri_glide_kinematics.programs.timing import NoMotionError as NoMotionError
-    from tri_glide_kinematics.programs.timing import time_steps as time_steps
     from tri_glide_kinematics.programs.words import ProgramError as ProgramError
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

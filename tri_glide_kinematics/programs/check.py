@@ -1,4 +1,4 @@
-"""The proof of a whole program before it is driven: inside the workspace, and how long it takes."""
+"""What comes of a program before it is driven: whether it stays inside, and how long it takes."""
 
 from __future__ import annotations
 
@@ -7,12 +7,25 @@ from dataclasses import dataclass
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.errors import CutBendError, PathTimingError
-from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.path import PathPlaceError, SegmentError
-from tri_glide_kinematics.motion.path_timing import PathPlanner
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
+from tri_glide_kinematics.motion.moves import MotionKind
+from tri_glide_kinematics.motion.path import FlatPath, PathPlaceError, SegmentError, SegmentKind
+from tri_glide_kinematics.motion.path_timing import PathPlanner, plan_move, time_path
 from tri_glide_kinematics.motion.shaping import Shaping
-from tri_glide_kinematics.programs.program import PathRun, Program, Step
+from tri_glide_kinematics.motion.trajectory import CubicPlan, SequencePlan, Trajectory
+from tri_glide_kinematics.programs.drive_files import DriveFile
+from tri_glide_kinematics.programs.program import (
+    Dwell,
+    MoveStep,
+    Output,
+    PathRun,
+    PathStep,
+    Program,
+    ProgramStop,
+    Step,
+)
 from tri_glide_kinematics.programs.words import ProgramError
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 
@@ -83,3 +96,144 @@ def at_its_line(program: Program, step: Step, error: KinematicsError) -> Program
     if isinstance(error, (CutBendError, PathPlaceError, PathTimingError, SegmentError)):
         segment = error.segment
     return ProgramError(program.file, step.line_at(segment), 0, "", str(error))
+
+
+class NoMotionError(KinematicsError):
+    """A file has no motion, or one that begins nobody knows where."""
+
+
+@dataclass(frozen=True, eq=False)
+class TimedSteps:
+    """The motion of all steps, one after the other; nobody is waited for.
+
+    Attributes:
+        trajectory: of all of it.
+        steps: in their order.
+        begins: of each step, and the end of the last. Shape (n + 1,) [s].
+    """
+
+    trajectory: Trajectory
+    steps: tuple[Step, ...]
+    begins: tuple[float, ...]
+
+
+def time_steps(
+    work: Program | DriveFile,
+    workspace: Workspace,
+    limits: SliderLimits,
+    *,
+    kind: MotionKind = MotionKind.SLIDER,
+    shaper: Shaping | None = None,
+) -> TimedSteps:
+    """Return the motion of a program, of points, or of a drive file.
+
+    It is the motion of a ``MotionEngine`` without the time for which a machine settles, or waits
+    for somebody: outputs and stops take no time.
+
+    Args:
+        work: what is driven. A drive file begins where its first move ends.
+        workspace: where the platform may be, and of which machine.
+        limits: of the sliders.
+        kind: of the moves of a drive file that have no speed.
+        shaper: for the modes of vibration that the motion is to leave alone; None without one.
+
+    Raises:
+        NoMotionError: if nothing moves, or a drive file begins with a path.
+        ProgramError: if a place of a program is outside the workspace, or no motion keeps the
+            limits; it names the line.
+        KinematicsError: likewise for a drive file.
+    """
+    timing = _Timing(workspace, limits, kind, shaper)
+    begins = [0.0]
+    for step in work.steps:
+        try:
+            step.read_by(timing)
+        except NoMotionError:
+            raise
+        except KinematicsError as error:
+            if isinstance(work, Program):
+                raise at_its_line(work, step, error) from error
+            raise
+        begins.append(timing.duration)
+    if not timing.plans:
+        file = f"{work.file}: " if isinstance(work, Program) else ""
+        raise NoMotionError(f"{file}nothing in it moves")
+    return TimedSteps(SequencePlan(timing.plans), work.steps, tuple(begins))
+
+
+class _Timing:
+    """Puts one plan behind the other."""
+
+    def __init__(
+        self,
+        workspace: Workspace,
+        limits: SliderLimits,
+        kind: MotionKind,
+        shaper: Shaping | None,
+    ) -> None:
+        self._workspace = workspace
+        self._limits = limits
+        self._kind = kind
+        self._shaper = shaper
+        self._here: Vector3 | None = None
+        self._rest_before = 0.0
+        self.plans: list[Trajectory] = []
+        self.duration = 0.0
+
+    def dwell(self, step: Dwell) -> None:
+        """Put a rest behind the others."""
+        if self.plans:
+            last = self.plans[-1]
+            self._add(_rest(last.at(last.duration), step.duration))
+        else:
+            # The place of this rest is known only when the machine moves.
+            self._rest_before += step.duration
+            self.duration += step.duration
+
+    def put_out(self, step: Output) -> None:
+        """Outputs take no time."""
+
+    def stop_for(self, step: ProgramStop) -> None:
+        """Nobody is waited for."""
+
+    def follow(self, step: PathStep | PathRun) -> None:
+        """Put the motion along a path behind the others."""
+        start = step.needed_place or self._here
+        if start is None:
+            raise NoMotionError(
+                "it begins with a path from where the platform is, which is not known here: "
+                "put a move before it"
+            )
+        self._along(step.segments, start)
+
+    def _along(self, segments: FlatPath, start: Vector3) -> None:
+        path = at_once(segments.path_from(start))
+        self._add(time_path(path, self._workspace, self._limits, self._shaper))
+        self._here = path.end
+
+    def move(self, step: MoveStep) -> None:
+        """Put a move behind the others."""
+        here, self._here = self._here, step.position
+        if here is None or here == step.position:
+            self._workspace.check_position(step.position)
+            return
+        if step.speed > 0.0:
+            line = FlatPath.of((SegmentKind.LINE,), step.position, (0.0,), (step.speed,), 0.0)
+            self._along(line, here)
+            return
+        kind, shaper = self._kind, self._shaper
+        self._add(
+            plan_move(self._workspace, self._limits, here, step.position, kind=kind, shaper=shaper)
+        )
+
+    def _add(self, plan: Trajectory) -> None:
+        if not self.plans:
+            self.plans.append(_rest(plan.at(0.0), self._rest_before))
+        self.plans.append(plan)
+        self.duration += plan.duration
+
+
+def _rest(state: SliderState, duration: float) -> Trajectory:
+    """Return a rest where a ``state`` is, for a time [s]."""
+    at_rest = SliderState(state.heights, AT_REST, AT_REST)
+    return CubicPlan(at_rest, (((duration, 0.0),),) * 3 if duration > 0.0 else ((),) * 3)

@@ -18,7 +18,7 @@ from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.keys import FileError, load_yaml
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.programs.program import Dwell, MoveStep, PathStep, Step
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, scaled, three
 
 
 class DriveFileError(FileError):
@@ -130,8 +130,7 @@ class _Reader:
             return PathStep(flat, path)
         last = segments[-1]
         if last.kind != SegmentKind.ARC_ABOUT:
-            x, y, z = last.numbers[-3:]
-            self._here = (x, y, z)
+            self._here = three(last.numbers[-3:])
         return PathStep(flat, None)
 
     def _segment(self, place: str, entry: Any) -> _Numbers:
@@ -153,8 +152,7 @@ class _Reader:
         return _Numbers(SEGMENTS[kind], numbers, tolerance, speed)
 
     def _place(self, keys: Keys, key: str) -> Vector3:
-        x, y, z = (self._unit * value for value in keys.vector(key))
-        return x, y, z
+        return scaled(keys.vector(key), self._unit)
 
 
 MILLIMETRES = 1000.0  # in a metre

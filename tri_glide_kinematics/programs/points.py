@@ -30,7 +30,7 @@ from tri_glide_kinematics.programs.program import PathRun, Program, ProgramStop,
 from tri_glide_kinematics.programs.settings import MINUTE, ProgramSettings
 from tri_glide_kinematics.programs.words import ProgramError
 from tri_glide_kinematics.tables import Head, Table, TableError, read_table
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, three
 
 COLUMNS = ("x", "y", "z", "tolerance", "speed")
 PLACE = 3  # columns of the position, the first ones
@@ -77,9 +77,10 @@ def load_points(
         segments = FlatPath.of(kinds, points[ends].ravel(), tolerances[ends], speeds[ends], 0.0)
     except KinematicsError as error:
         raise ProgramError(file, 0, 0, "", str(error)) from error
-    x, y, z = points[0].tolist()
     lines = table.lines.astype(np.int32)
-    run = PathRun((x, y, z), segments, lines[ends], np.zeros(len(ends), dtype=np.bool_), ())
+    run = PathRun(
+        three(points[0].tolist()), segments, lines[ends], np.zeros(len(ends), dtype=np.bool_), ()
+    )
     end = ProgramStop(StopKind.END, int(lines[-1]))
     data = Path(file).read_bytes()
     digest = hashlib.sha256(data).hexdigest()

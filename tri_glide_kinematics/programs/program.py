@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.path import PLACE_OF_ANGLE, FlatPath, PlatformPath, SegmentKind
 from tri_glide_kinematics.programs.words import ProgramError
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 
 TURN = 2.0 * math.pi  # rad
 
@@ -309,7 +309,11 @@ def _cut(flat: FlatPath, start: Vector3, place: Vector3) -> tuple[Vector3, Float
     if flat.kinds[0] == SegmentKind.LINE:
         way = numbers[:3] - start
         part = float(np.clip(offset @ way / (way @ way), 0.0, 1.0))
-        return _vector(start + part * way), numbers, (1.0 - part) * float(np.linalg.norm(way))
+        return (
+            three((start + part * way).tolist()),
+            numbers,
+            (1.0 - part) * float(np.linalg.norm(way)),
+        )
     axis = numbers[3:6] / np.linalg.norm(numbers[3:6])
     angle = float(numbers[PLACE_OF_ANGLE])
     rise = float(numbers[PLACE_OF_ANGLE + 1]) if flat.kinds[0] == SegmentKind.HELIX_ABOUT else 0.0
@@ -329,12 +333,11 @@ def _cut(flat: FlatPath, start: Vector3, place: Vector3) -> tuple[Vector3, Float
     numbers[PLACE_OF_ANGLE] = (1.0 - part) * angle
     if rise:
         numbers[PLACE_OF_ANGLE + 1] = (1.0 - part) * rise
-    return _vector(begin), numbers, (1.0 - part) * math.hypot(np.linalg.norm(out) * angle, rise)
-
-
-def _vector(values: FloatArray) -> Vector3:
-    x, y, z = map(float, values)
-    return x, y, z
+    return (
+        three(begin.tolist()),
+        numbers,
+        (1.0 - part) * math.hypot(np.linalg.norm(out) * angle, rise),
+    )
 
 
 @dataclass(frozen=True)

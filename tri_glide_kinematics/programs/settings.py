@@ -13,7 +13,7 @@ from tri_glide_kinematics.checks import finite_vector, member, non_negative, pos
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.keys import FileError, Keys, load_yaml
 from tri_glide_kinematics.motion.path import LARGEST_PLACE, LARGEST_SPEED, LEAST_SPEED
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, scaled
 
 MINUTE = 60.0  # s
 MILLIMETRE = 1e-3  # m
@@ -105,18 +105,8 @@ CUSTOMS: Mapping[Dialect, Customs] = MappingProxyType(
             _PRINTING - _NOT_OF_REPRAP,
         ),
         Dialect.KLIPPER: Customs(
-            *(
-                MILLIMETRE,
-                MINUTE,
-                25.0 * MILLIMETRE,
-                True,
-                True,
-                True,
-                None,
-                False,
-                True,
-                _PRINTING,
-            ),
+            *(MILLIMETRE, MINUTE, 25.0 * MILLIMETRE, True, True, True, None, False, True),
+            _PRINTING,
             names=_EXTENDED,
         ),
         Dialect.DELTA_X: Customs(
@@ -230,11 +220,11 @@ def load_settings(file: str | Path) -> ProgramSettings:
     def places(key: str) -> dict[Any, Vector3]:
         values = keys.value(key, {})
         named = SettingsKeys(str(file), key, values)
-        return {name: _scaled(unit, named.vector(name)) for name in values}
+        return {name: scaled(named.vector(name), unit) for name in values}
 
     def place(key: str) -> Vector3 | None:
         given = keys.value(key, ()) != ()
-        return _scaled(unit, keys.vector(key)) if given else None
+        return scaled(keys.vector(key), unit) if given else None
 
     def switch(key: str, default: bool) -> bool:
         value = keys.value(key, default)
@@ -268,8 +258,3 @@ def load_settings(file: str | Path) -> ProgramSettings:
         raise keys.error(str(error)) from error
     keys.finish()
     return settings
-
-
-def _scaled(unit: float, vector: Vector3) -> Vector3:
-    x, y, z = vector
-    return unit * x, unit * y, unit * z

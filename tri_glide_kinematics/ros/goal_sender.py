@@ -1,4 +1,4 @@
-"""Goals of the actions of ``ik_node``, as one who sends them sees them."""
+"""The machine of an ``ik_node``, as who sends it goals sees it, and as programs run on it."""
 
 from __future__ import annotations
 
@@ -9,15 +9,18 @@ from typing import Any
 import numpy as np
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
+from rclpy.duration import Duration
 from rclpy.node import Node
 
 from tri_glide_interfaces.action import FollowPath, MoveTo
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
-from tri_glide_kinematics.programs import GoalEnd, GoalProgress, Output
+from tri_glide_kinematics.programs import GoalEnd, GoalProgress, MachineNow, Output
 from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
-from tri_glide_kinematics.ros.messages import vector_of
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS, vector_of
+from tri_glide_kinematics.ros.outputs import LATCHED, state_of
 from tri_glide_kinematics.vectors import Vector3
 
 
@@ -148,3 +151,39 @@ class GoalSender:
 def output_message(output: Output) -> OutputMessage:
     """Return the message of an ``output`` that changes."""
     return OutputMessage(name=output.name, number=output.number, value=float(output.value))
+
+
+class ProgramLink(GoalSender):
+    """A ``ProgramMachine``: goals, outputs, and the state of the machine; made once for a node.
+
+    Attributes:
+        machine: its newest state; None before the first.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Run programs as a part of ``node``."""
+        super().__init__(node)
+        self.machine: MachineState | None = None
+        self._outputs = node.create_publisher(OutputMessage, "outputs", LATEST_OUTPUTS)
+        node.create_subscription(MachineState, "ik_node/machine_state", self._take, LATCHED)
+
+    @property
+    def now(self) -> MachineNow | None:
+        """What the machine does; None before it has told it."""
+        told = self.machine
+        if told is None:
+            return None
+        place = vector_of(told.position)
+        return MachineNow(state_of(told), told.stops, told.speed, place, told.segment)
+
+    @property
+    def has_delivered(self) -> bool:
+        """Whether all outputs have arrived."""
+        return bool(self._outputs.wait_for_all_acked(Duration()))
+
+    def put_out(self, output: Output) -> None:
+        """Change an output, now."""
+        self._outputs.publish(output_message(output))
+
+    def _take(self, message: MachineState) -> None:
+        self.machine = message

@@ -16,13 +16,12 @@ from rcl_interfaces.msg import (
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy import parameter as rclpy_parameter
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
+from tri_glide_kinematics.ros.loop import steady_timer
 from tri_glide_kinematics.settings import (
     PARAMETERS_OF_ALL,
     Parameter,
@@ -77,8 +76,7 @@ class LiveParameters:
         # A call of its own: rclpy refuses a place that logs with two severities, and all that go
         # through a ReasonLog are one place to it.
         self._changes = ReasonLog(lambda text: log.info(text), LINES_PER_SECOND)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(1.0, self._changes.end_of_second, clock=steady)
+        steady_timer(node, 1.0, self._changes.end_of_second)
         node.add_pre_set_parameters_callback(self._pre_set)
         node.add_on_set_parameters_callback(self._on_set)
         node.add_post_set_parameters_callback(self._post_set)

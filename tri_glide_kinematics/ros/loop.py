@@ -542,6 +542,11 @@ class PlanningTime:
         return self._clock() + self._expected < end
 
 
+def steady_timer(node: Node, period: float, callback: Callable[[], object]) -> Timer:
+    """Have ``callback`` called each ``period`` [s] of a clock that nobody sets."""
+    return node.create_timer(period, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+
 LINES_PER_SECOND = 1  # of errors in the log, at most
 
 
@@ -554,8 +559,7 @@ class ErrorLog:
         logger = node.get_logger()
         # Each place that logs has one severity, as rclpy refuses another one: this one is its own.
         self._reasons = ReasonLog(lambda text: logger.error(text), LINES_PER_SECOND)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(1.0, self._reasons.end_of_second, clock=steady)
+        steady_timer(node, 1.0, self._reasons.end_of_second)
 
     def add(self, error: Exception) -> None:
         """Tell of an ``error``, unless the node is being shut down."""

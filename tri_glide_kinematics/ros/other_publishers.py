@@ -7,13 +7,12 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import ReliabilityPolicy
 
 from tri_glide_kinematics.control import Cause, Reason
+from tri_glide_kinematics.ros.loop import steady_timer
 
 PERIOD = 0.2  # s, from look to look
 
@@ -47,9 +46,7 @@ class OtherPublishers:
         self._settled = time.monotonic() + SETTLING
         self._unnamed_since = math.inf
         tell(self.look())
-        node.create_timer(
-            PERIOD, lambda: tell(self.look()), clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        steady_timer(node, PERIOD, lambda: tell(self.look()))
 
     def look(self) -> Reason | None:
         """Return why this node should not lead, with a text of one line, or None.

@@ -19,8 +19,13 @@ import yaml
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import DuplicateKeyError, yaml_tree
-from tri_glide_kinematics.settings.table import Parameter, ParameterError, Values, plain_list
-from tri_glide_kinematics.settings.tables import NODES
+from tri_glide_kinematics.settings.tables import (
+    NODES,
+    Parameter,
+    ParameterError,
+    Values,
+    plain_list,
+)
 
 RULES = {
     "-p": "NAME:=VALUE",

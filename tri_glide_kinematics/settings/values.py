@@ -20,19 +20,21 @@ from tri_glide_kinematics.motion.shaping import (
     ShaperKind,
     Shaping,
 )
-from tri_glide_kinematics.settings.table import Parameter, ParameterError, Values
 from tri_glide_kinematics.settings.tables import (
     DRIVES,
     FORCE_LIMITS,
     MASSES,
     MOST_FORCE,
     NO_SHAPER,
+    Parameter,
+    ParameterError,
+    Values,
 )
 from tri_glide_kinematics.simulation import PlatformMode, PositionControl, SwingModel
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, plus
 from tri_glide_kinematics.wording import number_text
-from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
+from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
 
 CALIBRATED = "calibrated"
 
@@ -128,6 +130,15 @@ def motion_limits_of(
     return limits_of(values).with_added(*added)
 
 
+def scaled_limits_of(values: Values, machine: TriGlide) -> SliderLimits:
+    """Return what bounds all motion of a ``machine`` that has the ``speed_scale`` of the values.
+
+    Raises:
+        KinematicsError: as for ``motion_limits_of``.
+    """
+    return motion_limits_of(values, machine).with_velocity_scaled(values["speed_scale"])
+
+
 def position_control_of(values: Values, forces: SliderForces | None) -> PositionControl | None:
     """Return how simulated drives hold their setpoints with forces; None if they exert none.
 
@@ -213,11 +224,7 @@ def shaper_of(values: Values) -> Shaping | None:
 def true_travel_of(values: Values) -> tuple[Vector3, Vector3]:
     """Return the true heights of the lower and of the upper ends of travel, each (3,) [m]."""
     offsets = values["height_offsets"]
-    return _sum(values["lower_heights"], offsets), _sum(values["upper_heights"], offsets)
-
-
-def _sum(first: Vector3, second: Vector3) -> Vector3:
-    return (first[0] + second[0], first[1] + second[1], first[2] + second[2])
+    return plus(values["lower_heights"], offsets), plus(values["upper_heights"], offsets)
 
 
 def workspace_limits_of(values: Values) -> WorkspaceLimits:
@@ -242,6 +249,15 @@ def workspace_limits_of(values: Values) -> WorkspaceLimits:
         box_upper,
         cylinder,
     )
+
+
+def workspace_of(values: Values) -> Workspace:
+    """Return where the platform of the machine may be.
+
+    Raises:
+        KinematicsError: as for ``machine_of`` and ``workspace_limits_of``.
+    """
+    return Workspace(machine_of(values), workspace_limits_of(values))
 
 
 def supervision_bounds_of(values: Values) -> SupervisionBounds:

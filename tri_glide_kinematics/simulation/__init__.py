@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.simulation.drives import PositionControl as PositionControl
-    from tri_glide_kinematics.simulation.drives import Setpoint as Setpoint
-    from tri_glide_kinematics.simulation.drives import SimulatedDrives as SimulatedDrives
     from tri_glide_kinematics.simulation.sliders import DriveTime as DriveTime
+    from tri_glide_kinematics.simulation.sliders import PositionControl as PositionControl
+    from tri_glide_kinematics.simulation.sliders import Setpoint as Setpoint
+    from tri_glide_kinematics.simulation.sliders import SimulatedDrives as SimulatedDrives
     from tri_glide_kinematics.simulation.sliders import SimulatedPlate as SimulatedPlate
     from tri_glide_kinematics.simulation.sliders import SimulatedSliders as SimulatedSliders
     from tri_glide_kinematics.simulation.sliders import SliderFaults as SliderFaults

@@ -1,4 +1,10 @@
-"""Three simulated sliders with their drives and encoders, and with faults. No ROS in here."""
+"""Three simulated sliders with their drives and encoders, and with faults. No ROS in here.
+
+A drive that exerts forces holds its slider at the setpoint as a spring and a damper would, and adds
+the force that the setpoint says. It goes from one setpoint to the next in a straight line of
+heights, velocities and forces, as drives do that interpolate. The masses move by
+``SliderForces.step``.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +12,113 @@ import math
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import ceil
+from typing import NamedTuple
 
-from tri_glide_kinematics.simulation.drives import Setpoint, SimulatedDrives
+from tri_glide_kinematics.checks import finite_vector, positive
+from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, minus, plus, three
+
+# A step of the simulation is no longer than this [s].
+LONGEST_STEP = 0.0005
+
+NO_FORCES: Vector3 = (0.0, 0.0, 0.0)
+
+
+class Setpoint(NamedTuple):
+    """What the drives are sent.
+
+    Attributes:
+        heights: Shape (3,) [m].
+        velocities: Shape (3,) [m/s].
+        forces: feed-forward. Shape (3,) [N].
+    """
+
+    heights: Vector3
+    velocities: Vector3 = (0.0, 0.0, 0.0)
+    forces: Vector3 = NO_FORCES
+
+
+@dataclass(frozen=True)
+class PositionControl:
+    """How the drives of the sliders hold their setpoints.
+
+    Attributes:
+        stiffness: force for each metre of error. Shape (3,) [N/m].
+        damping: force for each metre per second of error. Shape (3,) [N s/m].
+    """
+
+    stiffness: Vector3
+    damping: Vector3
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            WrongShapeError: if there are not three numbers.
+            NotFiniteError: if a number is NaN or infinite.
+            OutOfBoundsError: if a number is not greater than zero.
+        """
+        for name, unit in (("stiffness", "N/m"), ("damping", "N s/m")):
+            values = finite_vector(name, getattr(self, name), 3)
+            checked = tuple(positive(f"{name}[{i}]", each, unit) for i, each in enumerate(values))
+            object.__setattr__(self, name, checked)
+
+
+class SimulatedDrives:
+    """Drives under position control, and the masses that they move.
+
+    Attributes:
+        forces: of the machine as it is.
+        control: of the drives.
+        exerted: forces of the drives in the last step. Shape (3,) [N].
+    """
+
+    def __init__(self, forces: SliderForces, control: PositionControl, heights: Vector3) -> None:
+        """Begin at rest at ``heights`` [m], held there by the forces that this needs."""
+        still = (0.0, 0.0, 0.0)
+        self.forces = forces
+        self.control = control
+        self.exerted = forces.forces(heights, still, still)
+        self._setpoint = Setpoint(heights, still, self.exerted)
+
+    def step(
+        self, heights: Vector3, velocities: Vector3, setpoint: Setpoint, dt: float
+    ) -> tuple[Vector3, Vector3]:
+        """Go over to a ``setpoint`` in ``dt`` [s].
+
+        Args:
+            heights: of the sliders. Shape (3,) [m].
+            velocities: of the sliders. Shape (3,) [m/s].
+            setpoint: for the end of the step.
+            dt: of the step [s].
+
+        Returns:
+            Heights and velocities of the sliders after it.
+
+        Raises:
+            KinematicsError: if the machine has no pose there.
+        """
+        count = max(ceil(dt / LONGEST_STEP), 1)
+        before = self._setpoint
+        for number in range(count):
+            part = (number + 0.5) / count
+            wanted = [[a + part * (b - a) for a, b in zip(*rows)] for rows in zip(before, setpoint)]
+            f1, f2, f3 = (
+                force + stiff * (height - own) + damp * (velocity - rate)
+                for height, velocity, force, own, rate, stiff, damp in zip(
+                    *wanted, heights, velocities, self.control.stiffness, self.control.damping
+                )
+            )
+            self.exerted = f1, f2, f3
+            heights, velocities = self.forces.step(heights, velocities, self.exerted, dt / count)
+        self._setpoint = setpoint
+        return heights, velocities
+
+    def held(self, heights: Vector3) -> Setpoint:
+        """Return the setpoint that rests at ``heights`` [m] with the forces of the last one."""
+        return Setpoint(heights, forces=self._setpoint.forces)
 
 
 @dataclass(frozen=True)
@@ -50,8 +159,7 @@ class TrueMachine:
         Raises:
             KinematicsError: if the arms do not meet.
         """
-        (h1, h2, h3), (offset1, offset2, offset3) = heights, self.offsets
-        return self.machine.forward((h1 + offset1, h2 + offset2, h3 + offset3))
+        return self.machine.forward(plus(heights, self.offsets))
 
     def heights(self, position: Vector3, velocity: Vector3) -> tuple[Vector3, Vector3]:
         """Return the heights of the sliders, by the scale of their drives, and their rates.
@@ -63,9 +171,8 @@ class TrueMachine:
         Raises:
             KinematicsError: if the arms do not reach there.
         """
-        (h1, h2, h3), rates = self.machine.inverse_velocity(position, velocity)
-        offset1, offset2, offset3 = self.offsets
-        return (h1 - offset1, h2 - offset2, h3 - offset3), rates
+        heights, rates = self.machine.inverse_velocity(position, velocity)
+        return minus(heights, self.offsets), rates
 
 
 @dataclass(frozen=True)
@@ -115,8 +222,7 @@ class SimulatedSliders:
     @property
     def heights(self) -> Vector3:
         """Where the sliders are, by the scale of their drives. Shape (3,) [m]."""
-        h1, h2, h3 = self._heights
-        return h1, h2, h3
+        return three(self._heights)
 
     @property
     def exerted(self) -> Vector3 | None:
@@ -148,12 +254,12 @@ class SimulatedSliders:
     def _drive(self, drives: SimulatedDrives, dt: float) -> None:
         """Let the drives move the machine; where it is stopped, it has no velocity any more."""
         if self._setpoint is not None:
-            setpoint = self._setpoint._replace(heights=_three(self._commanded))
+            setpoint = self._setpoint._replace(heights=three(self._commanded))
             # The last setpoint holds as long as no newer one comes.
             self._setpoint = None
         else:
-            setpoint = drives.held(_three(self._commanded))
-        moved = drives.step(self.heights, _three(self._velocities), setpoint, dt)
+            setpoint = drives.held(three(self._commanded))
+        moved = drives.step(self.heights, three(self._velocities), setpoint, dt)
         for slider, (height, velocity) in enumerate(zip(*moved)):
             stuck, inside = self.faults.stuck_sliders[slider], self._inside(slider, height)
             self._velocities[slider] = 0.0 if stuck or inside != height else velocity
@@ -181,18 +287,11 @@ class SimulatedSliders:
                 self._measured[slider] = self._rounded(height)
         if faults.drop_out > 0.0 and self._random.random() < faults.drop_out:
             return None
-        h1, h2, h3 = self._measured
-        v1, v2, v3 = velocities
-        return (h1, h2, h3), (v1, v2, v3)
+        return three(self._measured), three(velocities)
 
     def _rounded(self, height: float) -> float:
         step = self.encoder_resolution
         return round(height / step) * step if step > 0.0 else height
-
-
-def _three(values: Sequence[float]) -> Vector3:
-    first, second, third = values
-    return first, second, third
 
 
 # Drives that take each setpoint for its period wait so long for a late one [s].

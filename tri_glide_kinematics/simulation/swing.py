@@ -15,14 +15,13 @@ What the shares leave of 1 follows u without any swing.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from tri_glide_kinematics.checks import finite, finite_vector
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.motion.shaping import Mode
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, three
 
 AXES = 3
 
@@ -185,7 +184,7 @@ class SimulatedSwing:
             speeds[axis] += share * rate
             accelerations[axis] += share * (felt - led.acceleration[axis])
         self._swings = swings
-        return PlatformState(_vector(places), _vector(speeds), _vector(accelerations))
+        return PlatformState(three(places), three(speeds), three(accelerations))
 
 
 def _free(
@@ -201,8 +200,3 @@ def _free(
         left * (swing * (cosine + decay * sine) + rate * sine),
         left * (rate * (cosine - decay * sine) - swing * omega * omega * sine),
     )
-
-
-def _vector(numbers: Sequence[float]) -> Vector3:
-    x, y, z = numbers
-    return x, y, z

@@ -11,17 +11,16 @@ import pytest
 from tri_glide_interfaces.srv import SolveFMechanism, SolveFourBar, TraceFMechanism, TraceFourBar
 from tri_glide_kinematics.mechanisms import load_mechanism
 from tri_glide_kinematics.panel.mechanisms import example_files, questions_about
-from tri_glide_kinematics.ros.mechanisms import f_mechanism as f_mechanism_messages
-from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
-from tri_glide_kinematics.ros.mechanisms.fields import check_numbers
+from tri_glide_kinematics.ros import mechanisms as mechanism_messages
+from tri_glide_kinematics.ros.mechanisms import check_numbers
 
 CONFIG = Path(__file__).parents[3] / "config"
 FILES = example_files(CONFIG)
 FILL = {
-    SolveFourBar: four_bar_messages.solve,
-    TraceFourBar: four_bar_messages.trace,
-    SolveFMechanism: f_mechanism_messages.solve,
-    TraceFMechanism: f_mechanism_messages.trace,
+    SolveFourBar: mechanism_messages.solve_four_bar,
+    TraceFourBar: mechanism_messages.trace_four_bar,
+    SolveFMechanism: mechanism_messages.solve_f_mechanism,
+    TraceFMechanism: mechanism_messages.trace_f_mechanism,
 }
 
 

@@ -24,16 +24,16 @@ from tri_glide_kinematics.mechanisms.f_mechanism import (
     EventKind,
     SelfMotionError,
 )
-from tri_glide_kinematics.ros.mechanisms import f_mechanism as f_mechanism_messages
-from tri_glide_kinematics.ros.mechanisms.fields import RefusedRequestError
+from tri_glide_kinematics.ros import mechanisms as mechanism_messages
+from tri_glide_kinematics.ros.mechanisms import RefusedRequestError
 
 
 def solve_f_mechanism(**fields):
-    return ask(f_mechanism_messages.solve, SolveFMechanism, **fields)
+    return ask(mechanism_messages.solve_f_mechanism, SolveFMechanism, **fields)
 
 
 def trace_f_mechanism(**fields):
-    return ask(f_mechanism_messages.trace, TraceFMechanism, **fields)
+    return ask(mechanism_messages.trace_f_mechanism, TraceFMechanism, **fields)
 
 
 class TestSolveFMechanism:
@@ -206,7 +206,7 @@ class TestTraceFMechanism:
             assert_message(message, expected)
 
     def test_events_have_the_names_of_the_library(self):
-        numbers = f_mechanism_messages.EVENT_KINDS
+        numbers = mechanism_messages.F_MECHANISM_EVENTS
         assert set(numbers) == set(EventKind)
         for kind, number in numbers.items():
             assert number == getattr(TraceEvent, kind.name)

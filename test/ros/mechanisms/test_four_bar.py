@@ -26,18 +26,18 @@ from tri_glide_kinematics.mechanisms.four_bar import (
     GrashofClass,
     NotAssemblableError,
 )
-from tri_glide_kinematics.ros.mechanisms import four_bar as four_bar_messages
-from tri_glide_kinematics.ros.mechanisms.fields import RefusedRequestError, crank_angles
+from tri_glide_kinematics.ros import mechanisms as mechanism_messages
+from tri_glide_kinematics.ros.mechanisms import RefusedRequestError, crank_angles
 
 OPEN, CROSSED = FourBarPose.OPEN, FourBarPose.CROSSED
 
 
 def solve_four_bar(**fields):
-    return ask(four_bar_messages.solve, SolveFourBar, **fields)
+    return ask(mechanism_messages.solve_four_bar, SolveFourBar, **fields)
 
 
 def trace_four_bar(**fields):
-    return ask(four_bar_messages.trace, TraceFourBar, **fields)
+    return ask(mechanism_messages.trace_four_bar, TraceFourBar, **fields)
 
 
 TEXTBOOK = four_bar.FourBar(2.0, 7.0, 9.0, 6.0)
@@ -138,7 +138,7 @@ class TestSolveFourBar:
         )
         response = SolveFourBar.Response()
         with pytest.raises(CrankLimitError, match=r"crank_angle = 3\.14159265 rad is beyond"):
-            four_bar_messages.solve(request, response)
+            mechanism_messages.solve_four_bar(request, response)
         assert not response.poses
         properties = response.properties
         begin, end = properties.crank_range_begin, properties.crank_range_end
@@ -192,7 +192,7 @@ class TestTraceFourBar:
             coupler_point=Point2(x=3.0, y=1.5),
         )
         angles = np.array(response.crank_angle)
-        found = linkage.sweep(angles, 3.0, -2.0).branch(four_bar_messages.BRANCHES[branch])
+        found = linkage.sweep(angles, 3.0, -2.0).branch(mechanism_messages.BRANCHES[branch])
         point = found.point_of_coupler_plane(3.0, 1.5)
         scalars = {
             "crank_angle": crank_angles(sweep, 1000, 10),

@@ -10,7 +10,7 @@ from tri_glide_interfaces.msg import LandingGearMotion
 from tri_glide_interfaces.srv import SolveLandingGear
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms import landing_gear
-from tri_glide_kinematics.ros.mechanisms import landing_gear as landing_gear_messages
+from tri_glide_kinematics.ros import mechanisms as mechanism_messages
 
 
 class TestSolveLandingGear:
@@ -29,7 +29,7 @@ class TestSolveLandingGear:
 
     def test_every_number_is_that_of_the_library(self):
         response = ask(
-            landing_gear_messages.solve,
+            mechanism_messages.solve_landing_gear,
             SolveLandingGear,
             gear=nose_gear(gear_ixy=0.1, gear_iyz=-0.2, gravity=[0.1, 0.2, -9.8]),
             motion=self.MOTION,
@@ -49,7 +49,7 @@ class TestSolveLandingGear:
                 assert np.array_equal(getattr(message, name), getattr(expected, name))
 
     def test_gravity_is_that_of_the_earth_unless_it_is_named(self):
-        response = ask(landing_gear_messages.solve, SolveLandingGear, gear=nose_gear())
+        response = ask(mechanism_messages.solve_landing_gear, SolveLandingGear, gear=nose_gear())
         assert response.hinge.force == pytest.approx((0.0, 0.0, 150.0 * 9.80665))
 
     @pytest.mark.parametrize(
@@ -63,5 +63,5 @@ class TestSolveLandingGear:
     )
     def test_a_gear_that_is_none_is_refused(self, changes, text):
         with pytest.raises(KinematicsError) as caught:
-            ask(landing_gear_messages.solve, SolveLandingGear, gear=nose_gear(**changes))
+            ask(mechanism_messages.solve_landing_gear, SolveLandingGear, gear=nose_gear(**changes))
         assert text in str(caught.value)

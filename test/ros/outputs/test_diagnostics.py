@@ -6,7 +6,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from tri_glide_kinematics.control import Health, Level
-from tri_glide_kinematics.ros.outputs.diagnostics import status_message
+from tri_glide_kinematics.ros.outputs.machine_state import status_message
 
 
 @pytest.mark.parametrize(

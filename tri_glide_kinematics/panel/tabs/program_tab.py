@@ -40,7 +40,7 @@ from tri_glide_kinematics.programs import (
     from_line,
     line_to_go_on_from,
 )
-from tri_glide_kinematics.ros.program_link import ProgramLink
+from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 UPLOAD = '<label class="tri-glide-upload">Upload a program<input type="file" data-upload></label>'

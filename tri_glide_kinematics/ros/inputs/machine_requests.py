@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import Point
@@ -158,29 +159,22 @@ class MotionActions:
         self._has_ended = False
         # Whether something was asked for when it was last looked at.
         self._has_found = False
-        self._servers = (
+        self._servers = tuple(
             ActionServer(
                 node,
-                MoveTo,
-                "~/move_to",
+                kind,
+                name,
                 patient,
-                begin=lambda request: self._begun(lambda: self._move_to(request)),
+                begin=partial(self._begun, begin),
                 cancel=controller.cancel,
                 end=_end_of,
-                result=self._moved,
-                feedback=self._moving,
-            ),
-            ActionServer(
-                node,
-                FollowPath,
-                "~/follow_path",
-                patient,
-                begin=lambda request: self._begun(lambda: self._follow_path(request)),
-                cancel=controller.cancel,
-                end=_end_of,
-                result=self._followed,
-                feedback=self._following,
-            ),
+                result=result,
+                feedback=feedback,
+            )
+            for kind, name, begin, result, feedback in (
+                (MoveTo, "~/move_to", self._move_to, self._moved, self._moving),
+                (FollowPath, "~/follow_path", self._follow_path, self._followed, self._following),
+            )
         )
 
     def look(self) -> None:
@@ -230,12 +224,12 @@ class MotionActions:
         asked = all(server.is_asked_for_all for server in self._servers)
         return asked and not self._patient.keeps_any
 
-    def _begun(self, begin: Callable[[], Command]) -> Command:
+    def _begun(self, begin: Callable[[Any], Command], request: Any) -> Command:
         """Return the goal that is begun, or one that has ended as it is refused."""
         if self._has_ended:
             return _ended(GoalCode.SHUTDOWN, NODE_ENDS)
         try:
-            return begin()
+            return begin(request)
         except KinematicsError as error:
             self._refused.refuse(f"refused a goal: {error}", error.refusal)
             return _ended(GoalCode.REFUSED, str(error))

@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.ros.outputs.all_joint_states import AllJointStates as AllJointStates
     from tri_glide_kinematics.ros.outputs.command_outputs import CommandOutputs as CommandOutputs
     from tri_glide_kinematics.ros.outputs.command_outputs import plan_points as plan_points
-    from tri_glide_kinematics.ros.outputs.diagnostics import (
-        DiagnosticsPublisher as DiagnosticsPublisher,
-    )
     from tri_glide_kinematics.ros.outputs.machine_state import LATCHED as LATCHED
     from tri_glide_kinematics.ros.outputs.machine_state import STATES as STATES
+    from tri_glide_kinematics.ros.outputs.machine_state import (
+        DiagnosticsPublisher as DiagnosticsPublisher,
+    )
     from tri_glide_kinematics.ros.outputs.machine_state import StateReports as StateReports
     from tri_glide_kinematics.ros.outputs.machine_state import cause_of as cause_of
     from tri_glide_kinematics.ros.outputs.machine_state import state_of as state_of

@@ -18,7 +18,7 @@ from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.limits import SampledPlan, SliderState
 from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples, joint_trajectory
 from tri_glide_kinematics.settings import Values
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3, minus
 
 RELIABLE = QoSProfile(depth=10)
 
@@ -85,8 +85,7 @@ class CommandOutputs:
 
         ``forces`` are those of the sliders, of shape (3,) [N], or None where none are known.
         """
-        (h1, h2, h3), (offset1, offset2, offset3) = setpoint.heights, self._offsets
-        heights = (h1 - offset1, h2 - offset2, h3 - offset3)
+        heights = minus(setpoint.heights, self._offsets)
         if self._joint_states is not None:
             stamp = divmod(self._now().nanoseconds, 1_000_000_000)
             numbers = heights, setpoint.velocities

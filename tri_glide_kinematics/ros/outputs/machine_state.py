@@ -1,4 +1,8 @@
-"""What ``ik_node`` does and why: told as it changes, in the log and as latched messages."""
+"""What a node does and how well: its state as it changes, and its health once a second.
+
+The state and its reason are those of ``ik_node``, told in the log and as latched messages; any node
+tells its health on /diagnostics.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ from collections import deque
 from collections.abc import Callable
 from struct import Struct
 
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, Vector3
 from rclpy.clock import Clock
 from rclpy.duration import Duration
@@ -30,8 +34,49 @@ from tri_glide_kinematics.control import (
     status_of,
 )
 from tri_glide_kinematics.reason_log import ReasonLog, RefusalLog
+from tri_glide_kinematics.ros.loop import steady_timer
 from tri_glide_kinematics.ros.messages import set_stamp
-from tri_glide_kinematics.ros.outputs.diagnostics import status_message
+from tri_glide_kinematics.wording import number_text
+
+HARDWARE_ID = "tri_glide"
+
+
+def status_message(name: str, health: Health) -> DiagnosticStatus:
+    """Return ``health`` as a message from the node with this full name, without the first slash.
+
+    Its namespace tells its machine from others, here and in ``hardware_id``.
+    """
+    namespace, slash, _ = name.rpartition("/")
+    return DiagnosticStatus(
+        level=bytes([health.level]),
+        name=name,
+        message=health.message,
+        hardware_id=f"{namespace}{slash}{HARDWARE_ID}",
+        values=[KeyValue(key=key, value=_text(value)) for key, value in health.values.items()],
+    )
+
+
+class DiagnosticsPublisher:
+    """Asks a node for its health once a second, by a steady clock."""
+
+    def __init__(self, node: Node, health: Callable[[], Health]) -> None:
+        """Publish what ``health`` returns under the full name of ``node``."""
+        self._node = node
+        self._health = health
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        steady_timer(node, 1.0, self._publish)
+
+    def _publish(self) -> None:
+        message = DiagnosticArray()
+        set_stamp(message.header.stamp, self._node.get_clock())
+        name = self._node.get_fully_qualified_name()[1:]
+        message.status = [status_message(name, self._health())]
+        self._publisher.publish(message)
+
+
+def _text(value: object) -> str:
+    return number_text(value, 6) if isinstance(value, float) else str(value)
+
 
 TOPIC = "~/machine_state"
 

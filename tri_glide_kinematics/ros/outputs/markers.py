@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -14,6 +12,7 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.path import DrivenPath, PathPolylines, polylines_of
 from tri_glide_kinematics.ros.cdr import MarkerShape, marker_array
+from tri_glide_kinematics.ros.loop import steady_timer
 from tri_glide_kinematics.ros.outputs.machine_state import LATCHED
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -63,9 +62,8 @@ class Markers:
         # The drawings in work: path and target, and when these are shown the outline.
         self._showing: Interruptible[None] | None = None
         self._outlining: Interruptible[None] | None = self._with_outline(workspace)
-        clock = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(LOOK_PERIOD, self._look, clock=clock)
-        self._turns = node.create_timer(TURN_PERIOD, self._turn, clock=clock)
+        steady_timer(node, LOOK_PERIOD, self._look)
+        self._turns = steady_timer(node, TURN_PERIOD, self._turn)
         self._turns.cancel()
 
     def _look(self) -> None:

@@ -24,7 +24,6 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
 from rclpy.duration import Infinite
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -34,6 +33,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
+from tri_glide_kinematics.ros.loop import steady_timer
 
 RCLError = rclpy_implementation.RCLError
 
@@ -148,9 +148,7 @@ class PatientServices:
         # Whether an answer waits for its turn alone.
         self._has_turns = False
         self._given_up = ReasonLog(node.get_logger().warning, LINES_PER_SECOND)
-        self._timer = node.create_timer(
-            RETRY_PERIOD, self.send_kept, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        self._timer = steady_timer(node, RETRY_PERIOD, self.send_kept)
         self._timer.cancel()
         for service in node.services:
             self._take_over(service)
