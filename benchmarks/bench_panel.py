@@ -180,7 +180,7 @@ def _stops(panel: Panel, page: Page, before: Callable[[], None] | None = None) -
         commands.clear()
         begin = time.time()
         page.mouse("mousePressed", place)
-        page.release(place)
+        page.mouse("mouseReleased", place, buttons=0)
         panel.client.wait_for(lambda: commands and not any(commands[-1].velocity), "rest")
         braked = _braked(panel, commands, begin)
         # On a busy computer, the machine may have arrived before the press.

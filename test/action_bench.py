@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from testing.client import DEEP_QUEUE, Client
+from testing.client import DEEP_QUEUE
 from testing.goals import GoalClient
 from testing.machine import Machine
 from tri_glide_kinematics.motion.engine import GoalCode
@@ -15,9 +15,9 @@ SLOW = {"speed_scale": 0.05}
 class ActionBench:
     """A machine and a client of its actions."""
 
-    def __init__(self, context, launcher, namespace):
-        self.client = Client(context, namespace)
-        self.machine = Machine(self.client, launcher)
+    def __init__(self, client, launcher):
+        self.client = client
+        self.machine = Machine(client, launcher)
         # A busy computer may answer many goals before this client looks.
         self.goals = GoalClient(self.client, DEEP_QUEUE)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -15,13 +16,15 @@ from testing.forks import ForkedNodes
 from testing.machine import Machine
 from testing.processes import Launcher, launched
 
+_COUNTER = itertools.count()
+
 
 @contextmanager
 def shared_nodes(
     context: Context, folders: pytest.TempPathFactory, name: str
 ) -> Iterator[tuple[Client, Launcher]]:
     """Give a client and a launcher in a namespace that begins with ``name``, for several tests."""
-    namespace = f"/{name}_{os.getpid()}"
+    namespace = f"/{name}_{os.getpid()}_{next(_COUNTER)}"
     with launched(folders.mktemp(name), namespace, ForkedNodes) as launcher:
         client = Client(context, namespace)
         yield client, launcher

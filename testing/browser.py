@@ -90,6 +90,7 @@ class Page:
         )
         self._number = 0
         self._events: list[dict[str, Any]] = []
+        self._pressed: tuple[float, float] | None = None
         for domain in ("Page", "Runtime", "Network"):
             self.call(f"{domain}.enable")
         self.call("Page.addScriptToEvaluateOnNewDocument", source=FEWER_FRAMES)
@@ -211,20 +212,23 @@ class Page:
         )
         return float(place[0]), float(place[1])
 
-    def press(self, element: str) -> tuple[float, float]:
+    def press(self, element: str) -> None:
         """Press the button of the mouse on an element, and hold it."""
         place = self.middle_of(element)
         self.mouse("mouseMoved", place, buttons=0)
+        self._pressed = place
         self.mouse("mousePressed", place)
-        return place
 
-    def release(self, place: tuple[float, float]) -> None:
-        """Release the button of the mouse."""
-        self.mouse("mouseReleased", place, buttons=0)
+    def release(self) -> None:
+        """Release the button of the mouse, if it is pressed."""
+        if self._pressed is not None:
+            self.mouse("mouseReleased", self._pressed, buttons=0)
+            self._pressed = None
 
     def click(self, element: str) -> None:
         """Click on an element."""
-        self.release(self.press(element))
+        self.press(element)
+        self.release()
 
     def mouse(self, kind: str, place: tuple[float, float], buttons: int = 1) -> None:
         """Do something with the mouse."""
@@ -329,6 +333,11 @@ class Browser:
         with urlopen(f"http://127.0.0.1:{self._port}/json/list", timeout=TIMEOUT) as answer:
             targets = json.load(answer)
         return [target for target in targets if target["type"] == "page"]
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it has not ended."""
+        return self.process.poll() is None
 
     def kill(self) -> None:
         """End it at once, as a crash would."""

@@ -63,6 +63,11 @@ class _OfOthers(SingleThreadedExecutor):
         return not is_recorded and super().can_execute(entity)
 
 
+def values_of(status: Any) -> dict[str, str]:
+    """Return the values of a status in diagnostics by their names."""
+    return {entry.key: entry.value for entry in status.values}
+
+
 class Probe:
     """A node that listens, publishes and calls, and waits for what comes of it."""
 
@@ -139,6 +144,11 @@ class Probe:
         )
         self._recorded.append(_Recorded(subscription, messages))
         return messages
+
+    def statuses(self, diagnostics: Any, node: str = "ik_node") -> list[Any]:
+        """Return what a ``node`` of this namespace has told in messages of /diagnostics."""
+        name = f"{self.namespace[1:]}/{node}"
+        return [each for array in diagnostics for each in array.status if each.name == name]
 
     def publisher(self, kind: type, topic: str, qos: QoSProfile | int = 10) -> Any:
         """Return a publisher of a topic."""

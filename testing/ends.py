@@ -14,7 +14,7 @@ from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray
 
-from testing.client import Client
+from testing.client import Client, values_of
 from testing.machine import Machine
 
 ENDED_CLIENT = Path(__file__).with_name("ended_client.py")
@@ -51,16 +51,13 @@ class Delays:
     def __init__(self, machine: Machine) -> None:
         """Listen to the diagnostics of the ``machine``."""
         self._client: Client = machine.client
-        self._name = f"{machine.namespace}/ik_node"[1:]
         self._delays: list[float] = []
         topic, callback = "/diagnostics", self._hear
         machine.client.node.create_subscription(DiagnosticArray, topic, callback, 100)
 
     def _hear(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            if status.name == self._name:
-                values = {entry.key: entry.value for entry in status.values}
-                self._delays.append(float(values["largest delay of a cycle [s]"]))
+        for status in self._client.statuses([message]):
+            self._delays.append(float(values_of(status)["largest delay of a cycle [s]"]))
 
     def start(self) -> None:
         """Forget what was heard, and wait for the end of the second."""

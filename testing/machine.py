@@ -226,7 +226,7 @@ class Machine:
     def wait_until_measurements_are_read(self) -> None:
         """Wait until ik_node, too, has what is measured now: each reads its own messages."""
         count = len(self.measured)
-        self.client.wait_for(lambda: len(self.measured) > count + 100, "newer measurements")
+        self.client.wait_for(lambda: len(self.measured) > count + 40, "newer measurements")
 
     def heights(self, message: JointState | None = None) -> tuple[float, ...]:
         """Return the heights of a message, in the order of the sliders; of the latest command."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -21,13 +20,15 @@ from testing.browser import TIMEOUT as PAGE_TIMEOUT
 from testing.client import Client
 from testing.commands import KINEMATICS
 from testing.machine import Machine
-from testing.processes import TIMEOUT, Launcher, RunningNode
+from testing.processes import Launcher, RunningNode
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # Only the newest: a browser that draws by the processor leaves little time for anything else.
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 # So often a button is clicked until it is heard.
 CLICKS = 6
+# A jog sends 30 twists in a second: where none has come for so long, none goes on [s].
+QUIET = 0.5
 
 CONFIG = Path(__file__).parents[1] / "config"
 
@@ -82,7 +83,6 @@ class Panel:
         self.machine = Machine(client, launcher, listen=False)
         self.points_file = folder / "points.yaml"
         self._commands = client.record(JointState, "joint_commands", NEWEST, keep=1)
-        self._measured = client.record(JointState, "joint_states", NEWEST, keep=1)
         self._twists = client.record(TwistStamped, "target_twist")
         # An ik_node that is started anew needs them, too: with others it is another machine.
         self.parameters = {"rate": rate}
@@ -198,12 +198,6 @@ class Panel:
         return self._place_of(self.newest)
 
     @property
-    def measured_position(self) -> Vector3:
-        """Where the platform is measured to be [m]."""
-        self.client.wait_for(lambda: self._measured, "a measurement")
-        return self._place_of(self._measured[-1])
-
-    @property
     def newest(self) -> Any:
         """The newest command."""
         self.client.wait_for(lambda: self._commands, "a command")
@@ -214,16 +208,19 @@ class Panel:
         """Whether the newest command is at rest."""
         return not any(self.newest.velocity)
 
-    def twists_until_rest(self) -> int:
-        """Wait until the machine rests, and return how many twists were sent to it meanwhile."""
-        self.client.spin_once(0.0)
-        self._twists.clear()
-        end = time.monotonic() + TIMEOUT
-        while True:
+    def wait_for_end_of_jog(self) -> None:
+        """Wait until the machine rests and no twists come any more.
+
+        On a busy computer many may be on their way. A jog without an end sends them forever.
+        """
+
+        def is_over() -> bool:
+            self._twists.clear()
             self._commands.clear()
-            if self.is_at_rest:
-                return len(self._twists)
-            assert time.monotonic() < end
+            self.client.spin_for(QUIET)
+            return not self._twists and self.is_at_rest
+
+        self.client.wait_for(is_over, "the end of the jog")
 
     def wait_for_motion(self) -> None:
         """Wait until the machine is commanded to move."""

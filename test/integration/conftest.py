@@ -10,12 +10,14 @@ from pathlib import Path
 
 import pytest
 import rclpy
+from action_bench import ActionBench
 from rclpy.context import Context
 from rclpy.node import Node
+from shared_machine import shared_nodes
 
 from testing.browser import Browser, browser
 from testing.client import Client
-from testing.commands import KINEMATICS
+from testing.commands import KINEMATICS, assert_within_limits
 from testing.domain import own_context, own_domain, set_transport
 from testing.forks import ForkedNodes
 from testing.machine import Machine
@@ -127,12 +129,17 @@ def running_machine(ros_context: Context, lasting_machine: Machine) -> Iterator[
 @pytest.fixture(scope="module")
 def panel(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Panel]:
     """Start one machine with its panel for all tests of a file: a browser starts slowly here."""
-    folder = tmp_path_factory.mktemp("panel")
-    namespace = f"/panel_{os.getpid()}_{next(_COUNTER)}"
-    client = Client(ros_context, namespace)
-    with launched(folder, namespace, ForkedNodes) as launcher:
-        yield Panel(client, launcher, folder)
-    client.close()
+    with shared_nodes(ros_context, tmp_path_factory, "panel") as (client, launcher):
+        yield Panel(client, launcher, tmp_path_factory.mktemp("files"))
+
+
+@pytest.fixture(scope="module")
+def bench(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ActionBench]:
+    """Start one machine for all tests of goals of a file."""
+    with shared_nodes(ros_context, tmp_path_factory, "bench") as (client, launcher):
+        bench = ActionBench(client, launcher).start()
+        yield bench
+        assert_within_limits(bench.machine)
 
 
 @pytest.fixture(scope="module")

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 
 import numpy as np
 import pytest
-from action_bench import FAR, NEAR, ActionBench
+from action_bench import NEAR
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from std_srvs.srv import Trigger
 
-from testing.commands import KINEMATICS, assert_within_limits
-from testing.forks import ForkedNodes
-from testing.goal_storm import GoalStorm
-from testing.goals import GoalClient
-from testing.processes import launched
+from testing.commands import KINEMATICS
 from tri_glide_interfaces.action import FollowPath
 from tri_glide_interfaces.msg import MachineState, Output
 from tri_glide_kinematics.control import Cause
@@ -26,25 +21,11 @@ from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 
-LINE, ARC_THROUGH, ARC_ABOUT = (
-    FollowPath.Goal.LINE,
-    FollowPath.Goal.ARC_THROUGH,
-    FollowPath.Goal.ARC_ABOUT,
-)
+ARC_THROUGH = FollowPath.Goal.ARC_THROUGH
 SUCCEEDED, ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED
 CANCELED = GoalStatus.STATUS_CANCELED
 SQUARE = [(0.04, 0.0, 0.25), (0.04, 0.04, 0.25), (0.0, 0.04, 0.25), (0.0, 0.0, 0.25)]
 TOLERANCE = 0.001  # m, path_tolerance by default
-
-
-@pytest.fixture(scope="module")
-def bench(ros_domain, ros_context, tmp_path_factory):
-    namespace = f"/paths_{os.getpid()}"
-    with launched(tmp_path_factory.mktemp("paths"), namespace, ForkedNodes) as launcher:
-        bench = ActionBench(ros_context, launcher, namespace)
-        yield bench.start()
-        assert_within_limits(bench.machine)
-        bench.client.close()
 
 
 def under_way(bench, points=SQUARE):
@@ -85,31 +66,12 @@ def test_it_drives_a_square_within_its_tolerance_and_tells_how_far(bench):
     assert distances.max() <= result.largest_deviation <= TOLERANCE
     ways = [feedback.way for feedback in goal.feedback]
     assert ways == sorted(ways)
-    assert [feedback.segment for feedback in goal.feedback] == sorted(
-        feedback.segment for feedback in goal.feedback
-    )
-    assert {feedback.segment for feedback in goal.feedback} == {0, 1, 2, 3}
+    segments = [feedback.segment for feedback in goal.feedback]
+    assert segments == sorted(segments)
+    # A busy computer may know of the goal when its first segment is over.
+    assert {1, 2, 3} <= set(segments) <= {0, 1, 2, 3}
     total = goal.feedback[0].way + goal.feedback[0].way_remaining
     assert 0.15 < total < 0.16
-
-
-def test_arcs_speeds_and_full_circles(bench):
-    bench.quickly_to(NEAR)
-    # The scale holds for the speeds of a path, too.
-    bench.set_speed(1.0)
-    goal = bench.goals.follow(
-        [],
-        kinds=[ARC_ABOUT, LINE, ARC_THROUGH],
-        numbers=[
-            *(0.01, 0.0, 0.25, 0.0, 0.0, 1.0, 2.0 * math.pi),
-            *(0.0, 0.02, 0.25),
-            *(0.01, 0.03, 0.25, 0.02, 0.02, 0.25),
-        ],
-        tolerances=[0.0005],
-        speeds=[0.6, 0.0, 1.0],
-    )
-    result = bench.ends(goal, SUCCEEDED, GoalCode.SUCCEEDED, "path of 3 segments is reached")
-    assert result.position.x == pytest.approx(0.02, abs=0.0005)
 
 
 def test_outputs_are_told_at_their_place_and_the_state_tells_where_it_is(bench):
@@ -152,55 +114,12 @@ def test_outputs_are_told_at_their_place_and_the_state_tells_where_it_is(bench):
     assert len(places(bench, first)) > 500
 
 
-def test_a_goal_whose_outputs_cannot_be_is_refused_before_anything_moves(bench):
-    bench.quickly_to(NEAR)
-    output = Output(name="fan", value=1.0)
-    goal = bench.goals.follow(SQUARE, output_segments=[4], outputs=[output])
-    text = "output_segments[0] = 4 must be at most 3, the last segment"
-    bench.ends(goal, ABORTED, GoalCode.REFUSED, text)
-    assert math.dist(places(bench)[-1], NEAR) < 1e-6
-
-
-def test_a_speed_override_changes_the_speed_of_a_path_that_is_driven(bench):
-    bench.quickly_to(NEAR)
-    bench.set_speed(1.0)
-    goal = bench.goals.follow(SQUARE, speeds=[0.02])
-    states = bench.machine.states
-
-    def goes_at(speed):
-        return lambda: states and abs(states[-1].speed - speed) < 0.02 * speed
-
-    bench.client.wait_for(goes_at(0.02), "0.02 m/s")
-    for scale in (2.0, 0.5):
-        parameters = {"path_speed_scale": scale}
-        assert bench.client.set_parameters("ik_node", parameters).successful
-        bench.client.wait_for(goes_at(0.02 * scale), f"{scale} times the speed")
-        assert states[-1].path_speed_scale == scale
-    assert not bench.client.set_parameters("ik_node", {"path_speed_scale": 2.1}).successful
-    assert bench.client.set_parameters("ik_node", {"path_speed_scale": 1.0}).successful
-    goal.cancel()
-    bench.ends(goal, CANCELED, GoalCode.CANCELED, "cancelled")
-
-
 def test_a_cancelled_path_rests_on_it(bench):
     goal = under_way(bench)
     goal.cancel()
     result = bench.ends(goal, CANCELED, GoalCode.CANCELED, "cancelled: path of 4 segments")
     place = np.array([[result.position.x, result.position.y, result.position.z]])
     assert distances_from([NEAR, *SQUARE], place)[0] <= TOLERANCE + 0.0005
-
-
-def test_newer_commands_supersede_it(bench):
-    goal = under_way(bench)
-    bench.client.send_pose(FAR)
-    bench.ends(goal, ABORTED, GoalCode.SUPERSEDED, "superseded by target (0.08, 0.03, 0.35) m")
-    goal = under_way(bench)
-    newer = bench.goals.move_to(FAR)
-    bench.ends(goal, ABORTED, GoalCode.SUPERSEDED, "superseded by target")
-    newest = bench.goals.follow(SQUARE)
-    bench.ends(newer, ABORTED, GoalCode.SUPERSEDED, "superseded by path of 4 segments")
-    newest.wait_until_accepted().cancel()
-    bench.ends(newest, CANCELED, GoalCode.CANCELED, "cancelled")
 
 
 # On a computer with more to do the next part is planned too late: the platform rests before it.
@@ -220,30 +139,32 @@ def test_a_path_is_appended_without_a_stop_and_both_goals_end_at_its_end(bench):
     assert KINEMATICS.forward(bench.machine.heights()) == pytest.approx(beyond[-1], abs=1e-6)
 
 
-BAD = {
-    "empty": ({"points": []}, "the path has 0 segments"),
-    "nan": ({"points": [(math.nan, 0.0, 0.25)]}, "number 1 of segment 1 = nan"),
-    "huge": ({"points": [(1e9, 0.0, 0.25)]}, "number 1 of segment 1"),
-    "coincident": ({"points": [SQUARE[0], SQUARE[0]]}, "segment 2 ends where it begins"),
-    "collinear": (
-        {"points": [], "kinds": [ARC_THROUGH], "numbers": [0.01, 0, 0.25, 0.02, 0, 0.25]},
+BAD = [
+    ({"points": []}, "the path has 0 segments"),
+    ({"points": [(math.nan, 0.0, 0.25)]}, "number 1 of segment 1 = nan"),
+    ({"points": [(1e9, 0.0, 0.25)]}, "number 1 of segment 1"),
+    ({"points": [SQUARE[0], SQUARE[0]]}, "segment 2 ends where it begins"),
+    (
+        {"points": [], "kinds": [ARC_THROUGH], "numbers": [0.01, 0.0, 0.25, 0.02, 0.0, 0.25]},
         "segment 1 is no arc",
     ),
-    "foreign frame": ({"points": SQUARE, "frame": "world"}, "path has frame_id 'world'"),
-    "unknown kind": ({"points": [NEAR], "kinds": [9]}, "segment 1 has kind 9"),
-    "outside": ({"points": [(0.5, 0.0, 0.25)]}, "outside the workspace"),
-    "negative tolerance": ({"points": SQUARE, "tolerances": [-1.0]}, "tolerances[0] = -1 m"),
-}
+    ({"points": SQUARE, "frame": "world"}, "path has frame_id 'world'"),
+    ({"points": [NEAR], "kinds": [9]}, "segment 1 has kind 9"),
+    ({"points": [(0.5, 0.0, 0.25)]}, "outside the workspace"),
+    ({"points": SQUARE, "tolerances": [-1.0]}, "tolerances[0] = -1 m"),
+    (
+        {"points": SQUARE, "output_segments": [4], "outputs": [Output(name="fan", value=1.0)]},
+        "output_segments[0] = 4 must be at most 3, the last segment",
+    ),
+]
 
 
-@pytest.mark.parametrize("name", BAD)
-def test_what_is_no_path_is_refused_with_the_reason_and_disturbs_nothing(bench, name):
+def test_what_is_no_path_is_refused_with_the_reason_and_disturbs_nothing(bench):
     bench.quickly_to(NEAR)
-    arguments, text = BAD[name]
-    if "numbers" in arguments:
-        arguments = {**arguments, "numbers": [float(number) for number in arguments["numbers"]]}
-    bench.ends(bench.goals.follow(**arguments), ABORTED, GoalCode.REFUSED, text)
-    assert bench.machine.state == "idle"
+    for arguments, text in BAD:
+        bench.ends(bench.goals.follow(**arguments), ABORTED, GoalCode.REFUSED, text)
+        assert bench.machine.state == "idle"
+    assert math.dist(places(bench)[-1], NEAR) < 1e-6
 
 
 def test_it_pauses_and_goes_on_by_services(bench):
@@ -288,13 +209,3 @@ def test_target_path_does_the_same_without_an_answer(bench):
     message.header.frame_id = "world"
     bench.machine.wait_for_refusal(Refusal.WRONG_FRAME, lambda: publisher.publish(message))
     assert "target path has frame_id 'world'" in bench.machine.ik.output
-
-
-@pytest.mark.slow
-def test_in_a_storm_of_goals_each_ends_once_and_as_it_has_to(machine, client):
-    """The short form of ``benchmarks.soak_goals``."""
-    machine.start()
-    report = GoalStorm(machine, GoalClient(client), seed=7).run(40)
-    assert report.wrong == []
-    assert report.codes.total() >= 40
-    assert set(report.codes) >= {GoalCode.SUCCEEDED, GoalCode.SUPERSEDED, GoalCode.CANCELED}

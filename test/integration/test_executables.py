@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
+import runpy
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -28,7 +28,7 @@ def installed_nodes(ros_domain, tmp_path, namespace):
         yield launcher
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
 def test_signals_end_every_node_in_silence(client, installed_nodes, nodes, number):
     # The end of the interpreter, which forks leave out, is the same after each signal.
     launcher = installed_nodes if number == signal.SIGINT else nodes
@@ -84,30 +84,15 @@ def test_a_signal_ends_a_node_in_silence_that_is_just_getting_ready(client, node
     ("name", "arguments", "reason"),
     [
         ("ik_node", ["-p", "base_radius:=0.05"], "anchors of arms 1 and 2 coincide"),
-        ("ik_node", ["-p", "rate:=5.0"], "rate"),
         ("ik_node", ["-p", "rate:=fast"], "rate = 'fast' must be a double"),
         ("ik_node", ["-p", "velocity_limits:=[1, 1.0, 1]"], "with a decimal point, or none"),
         ("ik_node", ["-p", "command_outputs:=[]"], "command_outputs has 0 elements"),
         ("ik_node", ["-p", "speed_scal:=0.1"], "speed_scal (did you mean speed_scale?)"),
         ("ik_node", ["-p", "ik_nod:speed_scale:=0.1"], "is for /ik_nod, and this node is /ik_node"),
-        ("mechanism_node", ["-p", "speed_scal:=0.1"], "speed_scal (did you mean speed_scale?)"),
         ("fk_node", ["--params-fil", "a.yaml"], "'--params-fil': did you mean --params-file?"),
-        ("fk_node", ["-params-file", "a.yaml"], "'-params-file': did you mean --params-file?"),
         ("fk_node", ["--params-file", "nowhere.yaml"], "nowhere.yaml: No such file or directory"),
         ("fk_node", ["--", "fast"], "unknown argument 'fast'"),
-        (
-            "ik_node",
-            ["-p", "jerk_limits:=[200.0, 200.0]"],
-            "jerk_limits has 2 elements, expected 3",
-        ),
-        (
-            "ik_node",
-            ["-p", "motion:=sideways"],
-            "motion = 'sideways' must be one of linear, slider",
-        ),
-        ("fk_node", ["-p", "joint_names:=[a, b, a]"], "three different names"),
         ("simulator_node", ["-p", "initial_heights:=[0.6, 0.6, 1.0]"], "initial_heights[2] = 1 m"),
-        ("simulator_node", ["-p", "swing_frequencies:=[15.0, 0.1, 0.0]"], "at least 1 Hz"),
         ("simulator_node", ["-r", "nonsense"], "nonsense"),
         ("panel_node", ["-p", "port:=70000"], "port = 70000 must be at most 65535"),
     ],
@@ -116,36 +101,17 @@ def test_bad_parameters_get_one_line(run_node, name, arguments, reason):
     check_refused(run_node(name, "--ros-args", *arguments), reason)
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        (
-            "/**:\n  ros__parameters:\n    velocity_limit: [0.1, 0.1, 0.1]\n",
-            "velocity_limit (did you mean velocity_limits?)",
-        ),
-        (
-            "ik_node:\n  ros__parameters:\n    speed_scale: 0.1\n",
-            "is for /ik_node, and this node is /cell_1/ik_node",
-        ),
-        ("/**:\n  ros__parameters:\n    speed_scale: [0.1\n", "line 4, column 1"),
-    ],
-)
-def test_bad_parameter_files_get_one_line(run_node, tmp_path, text, reason):
+def test_bad_parameter_files_get_one_line(run_node, tmp_path):
     path = tmp_path / "parameters.yaml"
-    path.write_text(text)
+    path.write_text("ik_node:\n  ros__parameters:\n    speed_scale: 0.1\n")
     arguments = ("--ros-args", "--params-file", str(path), "-r", "__ns:=/cell_1")
+    reason = "is for /ik_node, and this node is /cell_1/ik_node"
     check_refused(run_node("ik_node", *arguments), reason)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (["--params-file", "a.yaml"], "ROS arguments stand behind --ros-args"),
-        (["--ros-arg", "-p", "rate:=500.0"], "did you mean --ros-args?"),
-    ],
-)
-def test_arguments_outside_of_those_of_ros_get_one_line(run_node, arguments, reason):
-    check_refused(run_node("mechanism_node", *arguments), reason)
+def test_arguments_outside_of_those_of_ros_get_one_line(run_node):
+    reason = "ROS arguments stand behind --ros-args"
+    check_refused(run_node("mechanism_node", "--params-file", "a.yaml"), reason)
 
 
 def test_the_demo_refuses_what_it_would_ignore(run_node):
@@ -250,39 +216,42 @@ def test_a_section_that_looks_like_the_nodes_own_is_told(client, nodes, tmp_path
     client.wait_for(lambda: text in node.output, "the warning")
 
 
-@pytest.mark.parametrize(
-    "name", sorted(path.name for path in EXECUTABLES.iterdir() if path.name != "tri-glide")
-)
-def test_ctrl_c_while_modules_are_loaded_ends_in_silence(ros_domain, tmp_path, name):
+def test_ctrl_c_while_modules_are_loaded_ends_in_silence(ros_domain, tmp_path):
     # Found first, and one of them is imported: as if somebody had pressed it just then.
     press = "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(60.0)\n"
-    for module in ("numpy", "argparse"):
-        (tmp_path / f"{module}.py").write_text(press)
-    path = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
-    run = subprocess.run(
-        [executable(name)],
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT,
-        env={**os.environ, "PYTHONPATH": path},
-    )
-    is_node = "starting.run import run" in (EXECUTABLES / name).read_text()
-    assert (run.returncode, run.stderr) == (0 if is_node else 128 + signal.SIGINT, "")
+    environment = finding_first(tmp_path, {"numpy": press, "argparse": press})
+    names = sorted(path.name for path in EXECUTABLES.iterdir() if path.name != "tri-glide")
+    started = [
+        subprocess.Popen([executable(name)], stderr=subprocess.PIPE, text=True, env=environment)
+        for name in names
+    ]
+    for name, process in zip(names, started):
+        _, errors = process.communicate(timeout=TIMEOUT)
+        is_node = "starting.run import run" in (EXECUTABLES / name).read_text()
+        code = 0 if is_node else 128 + signal.SIGINT
+        assert (process.returncode, errors) == (code, ""), name
+
+
+def finding_first(folder, modules):
+    """Return an environment in which these ``modules`` are found before others of their names."""
+    for name, text in modules.items():
+        (folder / f"{name}.py").write_text(text)
+    path = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
+    return {**os.environ, "PYTHONPATH": path}
 
 
 def test_missing_ruckig_gets_one_line(ros_domain, tmp_path):
-    # Modules of the same names that fail as missing ones do, found first.
-    for name in ("ruckig", "tri_glide_ruckig"):
-        (tmp_path / f"{name}.py").write_text(
-            f"raise ModuleNotFoundError(\"No module named '{name}'\", name='{name}')\n"
-        )
-    path = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
+    # Modules of the same names that fail as missing ones do.
+    missing = {
+        name: f"raise ModuleNotFoundError(\"No module named '{name}'\", name='{name}')\n"
+        for name in ("ruckig", "tri_glide_ruckig")
+    }
     run = subprocess.run(
         [executable("ik_node")],
         capture_output=True,
         text=True,
         timeout=TIMEOUT,
-        env={**os.environ, "PYTHONPATH": path},
+        env=finding_first(tmp_path, missing),
     )
     assert run.returncode == 1
     assert run.stderr == (
@@ -308,15 +277,10 @@ def test_parameters_are_described_with_unit_and_bounds(client, nodes):
     assert described["velocity_limits"].type == ParameterType.PARAMETER_DOUBLE_ARRAY
 
 
-def test_documentation_of_the_parameters_is_printed(ros_domain):
-    run = subprocess.run(
-        [sys.executable, "-m", "tri_glide_kinematics.settings.tables"],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=TIMEOUT,
-    )
-    assert "| `twist_timeout` | double | `0.1` | s |" in run.stdout
+@pytest.mark.filterwarnings("ignore:.*found in sys.modules")
+def test_documentation_of_the_parameters_is_printed(capsys):
+    runpy.run_module("tri_glide_kinematics.settings.tables", run_name="__main__")
+    assert "| `twist_timeout` | double | `0.1` | s |" in capsys.readouterr().out
 
 
 def test_byte_code_is_installed():

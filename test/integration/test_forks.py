@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import subprocess
-from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,7 @@ import pytest
 from testing.client import Client
 from testing.forks import ForkedNodes
 from testing.processes import TIMEOUT, Launcher, python_path
-from tri_glide_kinematics.ros.starting import NodeProcesses, executable
+from tri_glide_kinematics.ros.starting import executable
 
 WORDS = [
     pytest.param(["fk_node", "--help"], 0, id="help"),
@@ -21,34 +20,18 @@ WORDS = [
 ]
 
 
-def ended(kind: type[NodeProcesses], command: Sequence[str], log: Path) -> tuple[int, str]:
-    """Run a command to its end, and return its exit code and what it has written."""
-    with kind({"PYTHONPATH": python_path()}) as processes:
-        process = processes.start_command([str(executable(command[0])), *command[1:]], log)
-        return process.wait(TIMEOUT), log.read_text()
-
-
-@pytest.mark.parametrize(("command", "code"), WORDS)
-def test_words_go_where_a_shell_expects_them(
-    ros_domain: int, command: list[str], code: int
-) -> None:
-    name, *arguments = command
-    run = subprocess.run(
-        [executable(name), *arguments], capture_output=True, text=True, timeout=TIMEOUT
-    )
-    silent, told = (run.stdout, run.stderr) if code else (run.stderr, run.stdout)
-    assert run.returncode == code
-    assert told
-    assert not silent
-
-
 @pytest.mark.parametrize(("command", "code"), WORDS)
 def test_they_write_and_return_the_same(
     ros_domain: int, tmp_path: Path, command: list[str], code: int
 ) -> None:
-    process = ended(NodeProcesses, command, tmp_path / "process.log")
-    assert process[0] == code
-    assert ended(ForkedNodes, command, tmp_path / "fork.log") == process
+    whole, log = [str(executable(command[0])), *command[1:]], tmp_path / "fork.log"
+    run = subprocess.run(whole, capture_output=True, text=True, timeout=TIMEOUT)
+    # Words go where a shell expects them.
+    silent, told = (run.stdout, run.stderr) if code else (run.stderr, run.stdout)
+    assert (run.returncode, silent) == (code, "")
+    with ForkedNodes({"PYTHONPATH": python_path()}) as processes:
+        assert processes.start_command(whole, log).wait(TIMEOUT) == code
+    assert told == log.read_text() != ""
 
 
 def test_their_ends_are_told(client: Client, nodes: Launcher) -> None:

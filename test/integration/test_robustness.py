@@ -6,7 +6,6 @@ import signal
 
 import pytest
 from geometry_msgs.msg import PoseStamped
-from shared_machine import shared_machine
 
 from testing.commands import KINEMATICS, assert_stretches_within_limits
 from testing.scenarios import (
@@ -48,11 +47,16 @@ def test_each_node_is_killed_and_started_again_in_motion(machine, client, nodes)
 
     machine.get_going(FAR, 0.2)
     machine.ik.signal(signal.SIGKILL)
+    # The drive keeps the last command that it got, and the sliders come to rest there.
+    machine.wait_for_measured_rest()
+    resting = machine.heights(machine.measured[-1])
     now = client.now()
     machine.wait_for_new_state("idle", machine.start_ik)
     machine.catch_up()
     resumed = machine.commands_since(now)
-    assert not any(resumed[0].velocity)
+    assert machine.heights(resumed[0]) == pytest.approx(resting, abs=1e-5)
+    assert {machine.heights(each) for each in resumed} == {machine.heights(resumed[0])}
+    assert not any(any(each.velocity) for each in resumed)
     machine.wait_until_connected()
     assert_normal_target_is_reached(machine)
     final = KINEMATICS.inverse(HOME)
@@ -63,8 +67,8 @@ def test_each_node_is_killed_and_started_again_in_motion(machine, client, nodes)
     assert_stretches_within_limits(machine)
 
 
-def test_a_stream_of_twists_stops_and_resumes(machine, client):
-    machine.start()
+def test_a_stream_of_twists_stops_and_resumes(running_machine):
+    machine, client = running_machine, running_machine.client
     for _ in range(3):
         first = len(machine.commands)
 
@@ -83,26 +87,16 @@ def test_a_stream_of_twists_stops_and_resumes(machine, client):
     assert_stretches_within_limits(machine)
 
 
-@pytest.fixture(scope="class")
-def shared(ros_domain, ros_context, tmp_path_factory):
-    with shared_machine(ros_context, tmp_path_factory, "robustness") as machine:
-        yield machine
-
-
-class TestFloods:
-    """All of the same machine."""
-
-    @pytest.mark.parametrize("kind", ["pose", "twist", "state"])
-    def test_flood_of_targets(self, shared, kind):
-        machine = shared
-        machine.forget()
-        flood(machine, rate=10_000.0, number=FLOOD, kind=kind)
-        assert machine.ik.is_running
-        assert f"more in the last second; the latest: refused a target {kind}" in machine.ik.output
-        assert machine.ik.output.count(f"refused a target {kind}") < FLOOD / 50
-        assert "fault" not in machine.states_since(0)
-        assert_normal_target_is_reached(machine)
-        assert_stretches_within_limits(machine)
+@pytest.mark.parametrize("kind", ["pose", "twist", "state"])
+def test_flood_of_targets(running_machine, kind):
+    machine = running_machine
+    flood(machine, rate=10_000.0, number=FLOOD, kind=kind)
+    assert machine.ik.is_running
+    assert f"more in the last second; the latest: refused a target {kind}" in machine.ik.output
+    assert machine.ik.output.count(f"refused a target {kind}") < FLOOD / 50
+    assert "fault" not in machine.states_since(0)
+    assert_normal_target_is_reached(machine)
+    assert_stretches_within_limits(machine)
 
 
 def test_hostile_messages_on_every_input(machine):
@@ -114,8 +108,8 @@ def test_hostile_messages_on_every_input(machine):
     assert_stretches_within_limits(machine)
 
 
-def test_parameter_storm(machine, client):
-    machine.start()
+def test_parameter_storm(running_machine):
+    machine, client = running_machine, running_machine.client
     assert parameter_storm(machine, duration=3.0) > 20
     assert client.set_parameters("ik_node", NORMAL_VALUES).successful
     assert_normal_target_is_reached(machine)

@@ -97,7 +97,8 @@ def run(program: list[str], folder: Path) -> tuple[int, str]:
 def is_told(expected: str, output: str) -> bool:
     """Tell whether the lines of ``expected`` stand in ``output``, in this order.
 
-    ``...`` stands for any lines. Of what depends on the time, only the words are compared.
+    ``...`` stands for any lines. Of what depends on the time, only the words are compared; a
+    deviation, which ends a row, depends a little on the parts in which a path was planned in time.
     """
     lines = iter(output.splitlines())
     return all(
@@ -111,18 +112,21 @@ def _is_same(wanted: list[str], words: list[str]) -> bool:
     if len(wanted) != len(words):
         return False
     units = [*wanted[1:], ""]
+    deviation = len(wanted) - 2 if wanted[-1] == "mm" else None
     return all(
-        _is_alike(one, other, unit.rstrip(",") in ("s", "mm/s"))
-        for one, other, unit in zip(wanted, words, units)
+        _is_alike(
+            one, other, unit.rstrip(",") in ("s", "mm/s"), 0.05 if place == deviation else 1e-3
+        )
+        for place, (one, other, unit) in enumerate(zip(wanted, words, units))
     )
 
 
-def _is_alike(wanted: str, word: str, is_timed: bool) -> bool:
+def _is_alike(wanted: str, word: str, is_timed: bool, tolerance: float) -> bool:
     if NUMBER.sub("#", wanted) != NUMBER.sub("#", word):
         return False
     pairs = zip(NUMBER.findall(wanted), NUMBER.findall(word))
     return is_timed or all(
-        math.isclose(float(a), float(b), rel_tol=1e-3, abs_tol=2e-4) for a, b in pairs
+        math.isclose(float(a), float(b), rel_tol=tolerance, abs_tol=2e-4) for a, b in pairs
     )
 
 
@@ -214,4 +218,6 @@ def test_what_is_told_is_compared():
     assert not is_told("a 1.0 b", "a 1.1 b")
     assert not is_told("a 1.0 b", "a 1.0 c")
     assert not is_told("b\na", "a\nb")
+    assert is_told("186.2 mm 1.951 mm", "186.2 mm 1.93 mm")
+    assert not is_told("186.2 mm 1.951 mm", "185.2 mm 1.951 mm")
     assert is_told("after 1.0 s, more than 0.2 m", "after 3.5 s, more than 0.2 m")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 
-import pytest
 from sensor_msgs.msg import JointState
 
 from testing.client import LATCHED
@@ -80,8 +79,8 @@ def test_a_second_one_of_the_same_name(machine, client, nodes):
     client.wait_for(lambda: another in second.output, "the second to notice")
 
 
-def test_a_publisher_that_is_no_ik_node(machine, client):
-    machine.start()
+def test_a_publisher_that_is_no_ik_node(running_machine):
+    machine, client = running_machine, running_machine.client
     publisher = client.publisher(JointState, "joint_commands")
     machine.wait_for_state("fault")
     assert f"{client.namespace}/client publishes " in machine.reason
@@ -91,8 +90,8 @@ def test_a_publisher_that_is_no_ik_node(machine, client):
     client.wait_for(lambda: client.enable().success, "the machine to be enabled")
 
 
-@pytest.mark.parametrize("output", ["forward_command", "joint_trajectory"])
-def test_other_outputs_count_when_they_are_in_use(machine, client, nodes, output):
+def test_other_outputs_count_when_they_are_in_use(machine, client, nodes):
+    output = "joint_trajectory"
     machine.start({"command_outputs": ["joint_state", output]})
     other = Other(client, nodes, {"command_outputs": [output]})
     machine.wait_for_state("fault")

@@ -11,7 +11,7 @@ from testing.commands import KINEMATICS, assert_within_limits
 from testing.wall_clock import HOUR, WallClock
 from tri_glide_kinematics.settings import NODES
 
-FAR = (0.05, 0.03, 0.32)
+NEAR, FAR = (0.0, 0.0, 0.25), (0.05, 0.03, 0.32)
 SETTINGS = (-HOUR, 2.0 * HOUR, HOUR, -3.0 * HOUR, 0.0)
 
 
@@ -45,22 +45,22 @@ def test_a_clock_that_is_set_holds_no_command(machine, client, nodes, clock, tmp
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("is_stopped", [False, True])
 def test_a_clock_that_is_set_in_motion_stops_no_setpoints_and_a_stop_is_heard(
-    machine, client, clock, is_stopped
+    machine, client, clock
 ):
     machine.start({"speed_scale": 0.1}, prefix=clock.prefix)
     client.stop()
     machine.wait_for_state("idle")
-    machine.get_going(FAR, 0.05)
-    for ahead in SETTINGS:
-        count = len(machine.commands)
-        clock.set_ahead(ahead)
-        client.wait_for(lambda count=count: len(machine.commands) > count + 10, "setpoints")
-    if is_stopped:
-        client.stop()
-    machine.wait_for_state("idle")
-    client.wait_for(lambda: not any(machine.commands[-1].velocity), "rest")
+    for place, is_stopped in ((FAR, False), (NEAR, True)):
+        machine.get_going(place, 0.05)
+        for ahead in SETTINGS:
+            count = len(machine.commands)
+            clock.set_ahead(ahead)
+            client.wait_for(lambda count=count: len(machine.commands) > count + 10, "setpoints")
+        if is_stopped:
+            client.stop()
+        machine.wait_for_state("idle")
+        client.wait_for(lambda: not any(machine.commands[-1].velocity), "rest")
+        is_there = machine.heights() == pytest.approx(KINEMATICS.inverse(place), abs=1e-5)
+        assert is_there is not is_stopped
     assert_within_limits(machine, speed_scale=0.1)
-    is_there = machine.heights() == pytest.approx(KINEMATICS.inverse(FAR), abs=1e-5)
-    assert is_there is not is_stopped

@@ -114,6 +114,9 @@ def test_the_state_of_a_target_that_is_no_number_in_full_is_refused_and_its_spee
     point.y = -5e-324
     with pytest.raises(OutOfBoundsError, match=r"target state position\.y = -4\.9\d*e-324 m"):
         moving_target(state, BASE)
+    state.header.frame_id = "somewhere"
+    with pytest.raises(RefusedMessageError, match="frame_id 'somewhere'"):
+        moving_target(state, BASE)
 
 
 def test_velocities_that_fade_out_come_to_zero():

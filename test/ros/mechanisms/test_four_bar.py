@@ -149,6 +149,7 @@ class TestSolveFourBar:
         ("changes", "error", "text"),
         [
             ({"crank": 0.0}, OutOfBoundsError, "crank = 0 m must be greater than 0"),
+            ({"crank": 1e-300}, OutOfBoundsError, "crank = 1e-300 m must be at least"),
             ({"rocker": -9.0}, OutOfBoundsError, "rocker = -9 m must be greater than 0"),
             ({"coupler": 17.0}, NotAssemblableError, "coupler = 17 m must be shorter"),
             ({"given_by": 2}, RefusedRequestError, "given_by = 2 must be 0 or 1"),
