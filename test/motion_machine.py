@@ -2,29 +2,50 @@
 
 from __future__ import annotations
 
+import math
+import random
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from strategies import DEFAULT_LIMITS
 
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
     CommandStream,
     LimitUse,
     MotionEngine,
     MotionKind,
     MotionPhase,
+    PlatformPath,
     SliderLimits,
+    SliderState,
 )
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import ruckig_planner
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
-from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
+from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
 
 DT = 0.001
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 WORKSPACE = Workspace(MACHINE, DEFAULT_LIMITS)
+BOX = {"box_lower": (-0.1, -0.12, 0.05), "box_upper": (0.11, 0.1, 0.4)}
+# Such as are smaller, each for another reason.
+WORKSPACES = {
+    name: Workspace(MACHINE, replace(DEFAULT_LIMITS, **change))
+    for name, change in {
+        "travel": {"lower_heights": (0.45,) * 3, "upper_heights": (0.75,) * 3},
+        "conditioning": {"max_condition_number": 3.0},
+        "box": BOX,
+        "cylinder": {"cylinder": Cylinder(0.01, -0.02, 0.11, 0.1, 0.45)},
+    }.items()
+}
 HOME = (0.6, 0.6, 0.6)
+START = MACHINE.forward(HOME)
 
 # Where tests move to [m].
 TARGET = (0.1, 0.05, 0.35)
@@ -35,6 +56,11 @@ SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 
 KINDS = tuple(MotionKind)
 each_kind = pytest.mark.parametrize("kind", KINDS)
+# With plans within commands, and in pieces.
+each_mode = pytest.mark.parametrize("in_pieces", [False, True])
+
+# Of planning in a step, about half a millisecond.
+PIECES = 10
 
 
 # Ruckig 0.9.2, of the ROS index, plans no longer motions [s].
@@ -48,52 +74,132 @@ def skip_if_too_long_for_ruckig(duration: float) -> None:
         pytest.skip(f"ruckig 0.9.2 plans no motion longer than {LONGEST_OF_OLD_RUCKIG} s")
 
 
+class RecordedEngine(MotionEngine):
+    """An engine that keeps where it was since its start.
+
+    Attributes:
+        states: the setpoints, the first of them before the first step.
+        periods: how long each step was; of the first setpoint it means nothing [s].
+        first_limits: those it was made with.
+    """
+
+    def __init__(self, workspace: Workspace, limits: SliderLimits, **options) -> None:
+        super().__init__(workspace, limits, **options)
+        self.first_limits = limits
+
+    def start(self, heights) -> None:
+        super().start(heights)
+        self.states = [self.state]
+        self.periods = [DT]
+
+    def step(self, dt: float) -> SliderState:
+        state = super().step(dt)
+        self.states.append(state)
+        self.periods.append(dt)
+        return state
+
+    def heights_since(self, first: int = 0) -> FloatArray:
+        """Return the heights from that setpoint on. Shape (n, 3) [m]."""
+        return np.array([state.heights for state in self.states[first:]])
+
+    def places_since(self, first: int = 0) -> FloatArray:
+        """Return where the platform was from that setpoint on. Shape (n, 3) [m]."""
+        return self.machine.forward_batch(self.heights_since(first))
+
+    @property
+    def kept_limits(self) -> bool:
+        """Whether all setpoints kept the limits it was made with, by their differences."""
+        stream = CommandStream.from_heights(self.heights_since(), self.periods)
+        return LimitUse.of(stream, self.first_limits).is_within
+
+
 def engine(
     kind: MotionKind = MotionKind.SLIDER,
     limits: SliderLimits = LIMITS,
     workspace_limits: WorkspaceLimits = DEFAULT_LIMITS,
     heights=HOME,
     **options,
-) -> MotionEngine:
+) -> RecordedEngine:
     """Return an engine that rests at ``heights``."""
-    started = MotionEngine(Workspace(MACHINE, workspace_limits), limits, kind=kind, **options)
+    started = RecordedEngine(Workspace(MACHINE, workspace_limits), limits, kind=kind, **options)
     started.start(heights)
     return started
 
 
-def run(moving: MotionEngine, seconds: float) -> FloatArray:
-    """Step an engine; return the heights, the first of them before the first step."""
-    rows = [moving.state.heights]
-    rows += [moving.step(DT).heights for _ in range(round(seconds / DT))]
-    return np.array(rows)
+def more(pieces: float) -> Callable[[], bool]:
+    """Return what lets so many more pieces of work be done; as many as there are by inf."""
+    if pieces == math.inf:
+        return lambda: True
+    left = iter(range(int(pieces)))
+    return lambda: next(left, None) is not None
 
 
-def run_to_rest(moving: MotionEngine, longest: float = 60.0) -> FloatArray:
-    """Step an engine until it is idle; return the heights."""
-    rows = [moving.state.heights]
-    while moving.phase is not MotionPhase.IDLE:
-        rows.append(moving.step(DT).heights)
-        assert len(rows) < longest / DT, "never came to rest"
-    return np.array(rows)
+def run(moving: RecordedEngine, seconds: float, pieces: float = PIECES) -> FloatArray:
+    """Step an engine, with some planning in each step; return the heights from before that on."""
+    first = len(moving.states) - 1
+    for _ in range(round(seconds / DT)):
+        moving.step(DT)
+        if pieces:
+            moving.work(more(pieces - 1))
+    return moving.heights_since(first)
 
 
-def driven(moving: MotionEngine, most: int = 5000) -> FloatArray:
-    """Return the heights until the engine is idle; what it prepares is made in each step."""
-    heights = [moving.state.heights]
-    for _ in range(most):
-        if moving.phase is MotionPhase.IDLE:
-            return np.array(heights)
-        heights.append(moving.step(DT).heights)
-        moving.work(lambda: True)
-    raise AssertionError("it does not come to rest")
+def run_to_rest(
+    moving: RecordedEngine, longest: float = 60.0, pieces: float = PIECES
+) -> FloatArray:
+    """Step an engine until it is idle, or paused; return the heights from before that on."""
+    first = len(moving.states) - 1
+    while moving.preparing or moving.phase not in (MotionPhase.IDLE, MotionPhase.PAUSED):
+        run(moving, DT, pieces)
+        assert (len(moving.states) - first) * DT < longest, "never came to rest"
+    return moving.heights_since(first)
 
 
-def assert_keeps(heights, limits: SliderLimits = LIMITS) -> None:
-    """Judge a stream at 1 kHz by its differences."""
-    stream = CommandStream.from_heights(heights, DT)
-    seen = (stream.velocities, stream.accelerations, stream.jerks)
-    for values, bound, slack in zip(seen, limits.table, (1e-6, 1e-6, 1e-3)):
-        assert (np.abs(values).max(axis=0) <= bound * (1.0 + slack)).all()
+def stormed(moving: RecordedEngine, steps: int, seed: int, shapers) -> list:
+    """Step an engine with commands at random; return the shaper in force before and after each."""
+    rng = random.Random(seed)
+    commands = (
+        lambda: moving.move_to(
+            [rng.uniform(*pair) for pair in ((-0.1, 0.1), (-0.1, 0.1), (0.2, 0.36))]
+        ),
+        lambda: moving.jog([rng.uniform(-0.4, 0.4) for _ in range(3)]),
+        moving.stop,
+        lambda: moving.set_speed_scale(rng.choice((0.2, 0.6, 1.0))),
+        lambda: moving.set_shaper(rng.choice(shapers)),
+    )
+    found = [moving.shaper]
+    for _ in range(steps):
+        if rng.random() < 0.012:
+            with suppress(KinematicsError):
+                rng.choices(commands, (5, 3, 2, 1, 1))[0]()
+        run(moving, DT, pieces=21)
+        found.append(moving.shaper)
+    return found
+
+
+def assert_rests_at(moving: RecordedEngine, target, near: float = 1e-9) -> None:
+    """Judge a motion that has ended: where it did, and whether all of it kept the limits."""
+    assert moving.phase is MotionPhase.IDLE
+    assert place(moving) == pytest.approx(np.array(target), rel=0.0, abs=near)
+    assert moving.kept_limits
+
+
+def beside(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Vector3:
+    """Return a place beside the start [m]."""
+    return START[0] + x, START[1] + y, START[2] + z
+
+
+def distance_from_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
+    """Return how far each of the points is from the lines between the corners [m]."""
+    begins, ways = corners[:-1], np.diff(corners, axis=0)
+    offsets = points[:, np.newaxis] - begins
+    parts = np.clip((offsets * ways).sum(axis=2) / (ways * ways).sum(axis=1), 0.0, 1.0)
+    return np.linalg.norm(offsets - parts[..., np.newaxis] * ways, axis=2).min(axis=1)
+
+
+def path_beside(*offsets, tolerance: float = 0.0, speed: float | None = None) -> PlatformPath:
+    """Return a polyline through places beside the start."""
+    return PlatformPath.through([beside(*offset) for offset in offsets], tolerance, speed)
 
 
 def limit_use(heights: FloatArray, limits: SliderLimits = LIMITS) -> LimitUse:
@@ -109,6 +215,11 @@ def peaks(heights: FloatArray) -> FloatArray:
 def within(heights: FloatArray, limits: SliderLimits = LIMITS) -> bool:
     """Return whether all sliders keep their limits, by differences."""
     return limit_use(heights, limits).is_within
+
+
+def speeds(heights: FloatArray) -> FloatArray:
+    """Return the speed of the platform in each step. Shape (n - 1,) [m/s]."""
+    return np.linalg.norm(np.diff(MACHINE.forward_batch(heights), axis=0), axis=1) / DT
 
 
 def place(moving: MotionEngine) -> FloatArray:

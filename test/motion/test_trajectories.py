@@ -6,12 +6,22 @@ import math
 
 import numpy as np
 import pytest
-from motion_machine import DT, HOME, KINDS, LIMITS, MACHINE, TARGET, WORKSPACE, engine, within
+from motion_machine import (
+    DT,
+    KINDS,
+    LIMITS,
+    MACHINE,
+    START,
+    TARGET,
+    WORKSPACE,
+    RecordedEngine,
+    engine,
+    within,
+)
 from timed_paths import dense_path, random_path
 
 from tri_glide_kinematics import errors
 from tri_glide_kinematics.motion import (
-    MotionEngine,
     MotionKind,
     PlatformPath,
     SliderLimitError,
@@ -21,7 +31,6 @@ from tri_glide_kinematics.motion import (
 )
 from tri_glide_kinematics.wording import number_text
 
-START = MACHINE.forward(HOME)
 CORNERS = [(0.0, 0.0, 0.3), (0.03, 0.0, 0.3), (0.03, 0.03, 0.31)]
 PATHS = {
     "with a stop in a corner": PlatformPath.through(CORNERS),
@@ -30,19 +39,18 @@ PATHS = {
 }
 
 
-def assert_driven_by(moving: MotionEngine, motion: Trajectory, stop: float = math.inf) -> None:
+def assert_driven_by(moving: RecordedEngine, motion: Trajectory, stop: float = math.inf) -> None:
     """Compare a ``motion`` with the setpoints of an engine that has just been given its goal.
 
     At a ``stop`` [s] the engine waits for its next step.
     """
-    driven = [moving.state]
     while moving.remaining > 0.0:
-        driven.append(moving.step(DT))
-    times = DT * np.arange(len(driven))
+        moving.step(DT)
+    times = DT * np.arange(len(moving.states))
     times[times > stop] -= -stop % DT
     assert motion.duration <= times[-1] < motion.duration + DT
     sampled = motion.sample(times)
-    for values, expected, near in zip(sampled[1:], zip(*driven), (1e-9, 1e-8, 1e-5)):
+    for values, expected, near in zip(sampled[1:], zip(*moving.states), (1e-9, 1e-8, 1e-5)):
         np.testing.assert_allclose(values, expected, rtol=0.0, atol=near)
     assert within(sampled.heights, LIMITS)
 

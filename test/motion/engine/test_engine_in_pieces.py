@@ -13,12 +13,17 @@ from motion_machine import (
     MACHINE,
     OTHER,
     SHAPER,
+    START,
     TARGET,
     WORKSPACE,
+    RecordedEngine,
+    assert_rests_at,
     each_kind,
     engine,
+    more,
     place,
-    within,
+    run,
+    run_to_rest,
 )
 
 from testing.pieces import timed
@@ -30,25 +35,16 @@ from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import MotionKind
 
 TURN = 2.0 * math.pi
+LOWER = SliderLimits.uniform(0.2, 5.0, 100.0)
+NO_MORE = more(0)
 
 
-def no_more() -> bool:
-    """Let no second piece be done."""
-    return False
-
-
-def go(moving: MotionEngine, steps: int, pieces: int = 1) -> list:
-    """Step an engine with some pieces of planning in each cycle; return the setpoints."""
-    states = []
-    for _ in range(steps):
-        states.append(moving.step(DT))
-        for _ in range(pieces):
-            moving.work(no_more)
-    return states
-
-
-def heights_of(states) -> np.ndarray:
-    return np.array([HOME, *(state.heights for state in states)])
+def on_the_way(kind: MotionKind, seconds: float = 0.12) -> RecordedEngine:
+    """Return an engine in mid-motion to ``TARGET``."""
+    moving = engine(kind, in_pieces=True)
+    moving.move_to(TARGET)
+    run(moving, seconds, pieces=100)
+    return moving
 
 
 @each_kind
@@ -56,16 +52,13 @@ def heights_of(states) -> np.ndarray:
 def test_a_new_target_in_mid_motion_is_reached_with_no_step(kind, pieces):
     moving = engine(kind, in_pieces=True)
     moving.move_to(TARGET)
-    states = go(moving, 120, pieces)
+    run(moving, 0.12, pieces)
     number = moving.plan_number
     moving.move_to(OTHER)
     assert moving.target == TARGET
-    states += go(moving, 3000, pieces)
+    run_to_rest(moving, 3.0, pieces)
     assert moving.plan_number == number + 1
-    assert moving.phase is MotionPhase.IDLE
-    assert not moving.preparing
-    assert np.abs(place(moving) - OTHER).max() < 1e-9
-    assert within(heights_of(states))
+    assert_rests_at(moving, OTHER)
 
 
 def test_what_is_made_in_pieces_is_what_is_made_at_once():
@@ -76,7 +69,7 @@ def test_what_is_made_in_pieces_is_what_is_made_at_once():
     assert in_pieces.phase is MotionPhase.IDLE
     while in_pieces.preparing:
         assert in_pieces.step(DT).heights == HOME
-        in_pieces.work(no_more)
+        in_pieces.work(NO_MORE)
     for _ in range(500):
         assert at_once.step(DT) == in_pieces.step(DT)
 
@@ -87,12 +80,11 @@ def test_a_linear_move_begins_quickly_and_goes_on_with_the_plan_that_is_made_at_
         moving.move_to(TARGET)
     shortest = at_once.remaining
     while in_pieces.preparing:
-        in_pieces.step(DT)
-        in_pieces.work(no_more)
+        run(in_pieces, DT, pieces=1)
     longest = in_pieces.remaining
-    heights = heights_of(go(in_pieces, 1000))
-    assert within(heights)
-    line = np.subtract(TARGET, MACHINE.forward(HOME))
+    heights = run(in_pieces, 1.0, pieces=1)
+    assert_rests_at(in_pieces, TARGET)
+    line = np.subtract(TARGET, START)
     beside = np.cross(MACHINE.forward_batch(heights) - TARGET, line) / np.linalg.norm(line)
     assert np.abs(beside).max() < 1e-9
     driven = DT * np.count_nonzero(np.diff(heights, axis=0).any(axis=1))
@@ -111,65 +103,58 @@ def test_a_sooner_plan_that_takes_too_many_pieces_is_tried_once(monkeypatch):
     monkeypatch.setattr(preparation, "MOST_PIECES", 40)
     moving = engine(MotionKind.LINEAR)
     moving.move_to(TARGET)
-    for _ in range(1000):
-        moving.step(DT)
+    run(moving, 1.0, pieces=0)
     assert place(moving) == pytest.approx(TARGET, abs=1e-9)
     assert len(tried) == 1
 
 
 @each_kind
 def test_a_plan_that_is_late_begins_later(kind):
-    moving = engine(kind, in_pieces=True)
-    moving.move_to(TARGET)
-    states = go(moving, 120, pieces=100)
+    moving = on_the_way(kind)
     moving.move_to(OTHER)
     # Nothing is done for longer than any plan took before.
-    states += [moving.step(DT) for _ in range(30)]
+    run(moving, 0.03, pieces=0)
     assert moving.preparing
-    states += go(moving, 3000)
-    assert np.abs(place(moving) - OTHER).max() < 1e-9
-    assert within(heights_of(states))
+    run_to_rest(moving, 3.0, pieces=1)
+    assert_rests_at(moving, OTHER)
 
 
 def test_the_next_plan_begins_so_far_ahead_as_the_last_ones_took():
     moving = engine(MotionKind.LINEAR, in_pieces=True)
     moving.move_to(TARGET)
-    go(moving, 100)
+    run(moving, 0.1, pieces=1)
     waits = []
     for turn in range(8):
         number = moving.plan_number
         moving.move_to((0.05, 0.05 * math.cos(turn), 0.3))
         waits.append(0)
         while moving.preparing and waits[-1] < 1000:
-            go(moving, 1)
+            run(moving, DT, pieces=1)
             waits[-1] += 1
         assert moving.plan_number == number + 1
-        go(moving, 20)
+        run(moving, 0.02, pieces=1)
     # The first one is begun again and again, each time with twice the time; the others once.
     assert max(waits[1:]) < 0.8 * waits[0]
 
 
 @each_kind
 def test_a_refusal_comes_when_it_is_known_and_what_went_on_goes_on(kind):
-    moving = engine(kind, in_pieces=True)
-    moving.move_to(TARGET)
-    go(moving, 100, pieces=100)
+    moving = on_the_way(kind)
     with pytest.raises(KinematicsError):
         moving.move_to((0.5, 0.0, 0.3))
-    go(moving, 3000)
+    run_to_rest(moving, pieces=1)
     assert moving.take_refusal() is None
-    assert np.abs(place(moving) - TARGET).max() < 1e-9
+    assert_rests_at(moving, TARGET)
     # At the edge, where a jog outwards has no room; that is found while it is planned.
     moving.jog((0.2, 0.0, 0.0))
-    go(moving, 4000)
-    assert moving.phase is MotionPhase.IDLE
+    run_to_rest(moving, pieces=1)
     resting = moving.state
     try:
         moving.jog((0.2, 0.0, 0.0))
     except KinematicsError:
         refusal = None
     else:
-        go(moving, 50)
+        run(moving, 0.05, pieces=1)
         refusal = moving.take_refusal()
         assert isinstance(refusal, KinematicsError)
         assert moving.take_refusal() is None
@@ -178,67 +163,80 @@ def test_a_refusal_comes_when_it_is_known_and_what_went_on_goes_on(kind):
 
 @each_kind
 def test_a_stop_is_told_at_once_and_brakes_within_milliseconds(kind):
-    moving = engine(kind, in_pieces=True)
-    moving.move_to(TARGET)
-    states = go(moving, 70, pieces=100)
+    moving = on_the_way(kind, 0.07)
     longest = moving.remaining
     moving.stop()
     assert moving.phase is MotionPhase.STOPPING
     assert moving.target is None
-    states += go(moving, 5, pieces=100)
+    run(moving, 5 * DT, pieces=100)
     assert not moving.preparing
     assert moving.remaining < longest - 5 * DT
-    states += go(moving, 1000)
-    assert moving.phase is MotionPhase.IDLE
-    assert within(heights_of(states))
+    run_to_rest(moving, 1.0)
+    assert_rests_at(moving, place(moving))
 
 
 @each_kind
 def test_a_stop_drops_a_target_that_is_being_planned(kind):
-    moving = engine(kind, in_pieces=True)
-    moving.move_to(TARGET)
-    go(moving, 120, pieces=100)
+    moving = on_the_way(kind)
     moving.move_to(OTHER)
     assert moving.preparing
     moving.stop()
-    go(moving, 2000)
+    run_to_rest(moving, 2.0, pieces=1)
     assert moving.phase is MotionPhase.IDLE
     assert np.abs(place(moving) - OTHER).max() > 0.01
 
 
 @each_kind
 def test_the_present_target_again_gives_up_another_one(kind):
-    moving = engine(kind, in_pieces=True)
-    moving.move_to(TARGET)
-    go(moving, 120, pieces=100)
+    moving = on_the_way(kind)
     number = moving.plan_number
     moving.move_to(OTHER)
     moving.move_to(TARGET)
     assert not moving.preparing
-    go(moving, 2000)
+    run_to_rest(moving, 2.0, pieces=1)
     assert moving.plan_number == number
-    assert np.abs(place(moving) - TARGET).max() < 1e-9
+    assert_rests_at(moving, TARGET)
+
+
+def at_rest(kind: MotionKind) -> RecordedEngine:
+    return engine(kind, in_pieces=True)
+
+
+def jogging(kind: MotionKind) -> RecordedEngine:
+    """Return an engine that tracks a jog."""
+    moving = engine(kind, in_pieces=True)
+    for velocity in ((0.05, 0.0, 0.0), (0.0, 0.05, 0.0)):
+        moving.jog(velocity)
+        run(moving, 0.15, pieces=1)
+    assert moving.tracks
+    return moving
 
 
 @each_kind
-def test_limits_that_come_while_a_target_is_planned_lose_neither(kind):
-    moving = engine(kind, in_pieces=True)
-    moving.move_to(TARGET)
-    states = go(moving, 120, pieces=100)
-    moving.move_to(OTHER)
-    lower = SliderLimits.uniform(0.2, 5.0, 100.0)
-    moving.set_limits(lower)
-    states += go(moving, 6000)
-    assert moving.limits == lower
-    assert np.abs(place(moving) - OTHER).max() < 1e-9
-    assert within(heights_of(states))
+@pytest.mark.parametrize(
+    ("begin", "tracks"),
+    [(at_rest, False), (on_the_way, False), (on_the_way, True), (jogging, False)],
+)
+def test_limits_that_come_while_a_target_is_planned_or_begun_with_lose_neither(kind, begin, tracks):
+    moving = begin(kind)
+    if tracks:
+        moving.track(OTHER, (0.0, 0.0, 0.0))
+    else:
+        moving.move_to(OTHER)
+    moving.set_limits(LOWER)
+    run(moving, 3.0, pieces=1)
+    assert moving.limits == LOWER
+    assert place(moving) == pytest.approx(OTHER, abs=1e-9)
+    assert moving.kept_limits
 
 
-def test_limits_at_rest_are_in_force_at_once():
+@pytest.mark.parametrize("shaper", [None, SHAPER])
+def test_limits_at_rest_are_in_force_at_once(shaper):
     moving = engine(in_pieces=True)
-    lower = SliderLimits.uniform(0.2, 5.0, 100.0)
-    moving.set_limits(lower)
-    assert moving.limits == lower
+    moving.set_shaper(shaper)
+    moving.set_limits(LOWER)
+    assert moving.limits == LOWER
+    assert not moving.limits_pending
     assert moving.phase is MotionPhase.IDLE
 
 
@@ -247,18 +245,15 @@ def test_steps_of_another_length_make_no_step():
     moving = engine(MotionKind.LINEAR, in_pieces=True)
     moving.move_to(TARGET)
     rng = np.random.default_rng(4)
-    last, largest = moving.state, 0.0
     for index in range(3000):
-        dt = float(rng.uniform(2e-4, 2e-3))
-        state = moving.step(dt)
-        moving.work(no_more)
-        change = np.subtract(state.accelerations, last.accelerations) / dt
-        largest = max(largest, float(np.abs(change).max()))
-        last = state
+        moving.step(float(rng.uniform(2e-4, 2e-3)))
+        moving.work(NO_MORE)
         if index in (150, 220, 300):
             angle = TURN * index / 7.0
             moving.move_to((0.05 * math.cos(angle), 0.05 * math.sin(angle), 0.28))
-    assert largest <= 200.0 * (1.0 + 1e-6)
+    accelerations = np.array([state.accelerations for state in moving.states])
+    jerks = np.diff(accelerations, axis=0) / np.array(moving.periods)[1:, np.newaxis]
+    assert np.abs(jerks).max() <= 200.0 * (1.0 + 1e-6)
     assert moving.phase is MotionPhase.IDLE
 
 
@@ -268,79 +263,34 @@ def test_each_start_forgets_what_was_being_planned():
     assert moving.preparing
     moving.start(HOME)
     assert not moving.preparing
-    assert {state.heights for state in go(moving, 50)} == {HOME}
+    assert (run(moving, 0.05) == HOME).all()
     assert moving.limits is LIMITS
-    WORKSPACE.check_heights(moving.state.heights)
 
 
 @each_kind
 def test_a_stop_brakes_at_once_however_long_other_plans_took(kind):
-    moving = engine(kind, in_pieces=True)
-    moving.move_to(TARGET)
-    go(moving, 40, pieces=100)
+    moving = on_the_way(kind, 0.04)
     # A plan for which there was no time.
     moving.move_to(OTHER)
-    for _ in range(30):
-        moving.step(DT)
-    go(moving, 200)
+    run(moving, 0.03, pieces=0)
+    run(moving, 0.2, pieces=1)
     moving.move_to(TARGET)
-    go(moving, 60, pieces=100)
+    run(moving, 0.06, pieces=100)
     moving.stop()
     assert not moving.preparing
     assert moving.phase is MotionPhase.STOPPING
-    go(moving, 1000)
-    assert moving.phase is MotionPhase.IDLE
-
-
-@each_kind
-def test_limits_that_come_while_a_target_is_planned_from_rest_lose_neither(kind):
-    moving = engine(kind, in_pieces=True)
-    lower = SliderLimits.uniform(0.2, 5.0, 100.0)
-    moving.move_to(TARGET)
-    moving.set_limits(lower)
-    go(moving, 6000)
-    assert moving.limits == lower
-    assert np.abs(place(moving) - TARGET).max() < 1e-9
-    assert moving.phase is MotionPhase.IDLE
-
-
-def test_a_tracked_jog_a_target_and_limits_lose_none():
-    lower = SliderLimits.uniform(0.2, 5.0, 100.0)
-    moving = engine(in_pieces=True)
-    moving.jog((0.05, 0.0, 0.0))
-    go(moving, 150)
-    moving.jog((0.0, 0.05, 0.0))
-    go(moving, 50)
-    assert moving.tracks
-    moving.move_to(TARGET)
-    moving.set_limits(lower)
-    go(moving, 6000)
-    assert moving.limits == lower
-    assert np.abs(place(moving) - TARGET).max() < 1e-9
-
-
-@each_kind
-def test_limits_that_come_while_a_moving_target_is_begun_with_are_not_lost(kind):
-    lower = SliderLimits.uniform(0.1, 5.0, 100.0)
-    moving = engine(kind, in_pieces=True)
-    moving.move_to(TARGET)
-    go(moving, 120, pieces=100)
-    moving.track((0.0, 0.0, 0.3), (0.0, 0.0, 0.0))
-    moving.set_limits(lower)
-    go(moving, 2500)
-    assert moving.limits == lower
-    assert np.abs(place(moving) - (0.0, 0.0, 0.3)).max() < 1e-9
+    run_to_rest(moving, 1.0)
 
 
 def test_the_newest_of_a_target_that_moves_and_one_that_does_not_wins():
     moving = engine(in_pieces=True)
     moving.track((0.0, 0.0, 0.3), (0.0, 0.0, 0.0))
-    go(moving, 500)
+    run(moving, 0.5, pieces=1)
     moving.move_to(TARGET)
     moving.track((0.01, 0.0, 0.3), (0.0, 0.0, 0.0))
-    go(moving, 1000)
+    run(moving, 1.0, pieces=1)
     assert moving.phase is MotionPhase.TRACKING
-    assert np.abs(place(moving) - (0.01, 0.0, 0.3)).max() < 1e-9
+    assert place(moving) == pytest.approx((0.01, 0.0, 0.3), abs=1e-9)
 
 
 @pytest.mark.parametrize("error", [ZeroDivisionError, OSError])
@@ -355,15 +305,15 @@ def test_an_error_in_planning_ends_that_plan_only(monkeypatch, error):
         moving.move_to(TARGET)
         if error is ZeroDivisionError:
             # Numbers may be absurd; that refuses the target, and ends nothing else.
-            go(moving, 50)
+            run(moving, 0.05, pieces=1)
             assert "lead nowhere: on purpose" in str(moving.take_refusal())
         else:
             with pytest.raises(error):
-                go(moving, 50)
+                run(moving, 0.05, pieces=1)
     assert not moving.preparing
     moving.move_to(TARGET)
-    go(moving, 3000)
-    assert np.abs(place(moving) - TARGET).max() < 1e-9
+    run_to_rest(moving, pieces=1)
+    assert_rests_at(moving, TARGET)
 
 
 class CountedSpeed(PlatformSpeedLimit):
@@ -381,7 +331,7 @@ def cells_of_pieces(moving: MotionEngine) -> list[int]:
     pieces = []
     while moving.preparing:
         before = CountedSpeed.cells
-        moving.work(no_more)
+        moving.work(NO_MORE)
         pieces.append(CountedSpeed.cells - before)
     return pieces
 
@@ -394,11 +344,11 @@ def test_no_piece_looks_at_many_cells_however_slow_the_platform_has_to_be(kind):
         moving = engine(kind, in_pieces=True, limits=limits)
         moving.move_to(TARGET)
         pieces = cells_of_pieces(moving)
-        go(moving, 100)
+        run(moving, 0.1, pieces=1)
         moving.move_to(OTHER)
         pieces += cells_of_pieces(moving)
         assert moving.take_refusal() is None
-        go(moving, 100)
+        run(moving, 0.1, pieces=1)
         moving.jog((0.0, 0.05, 0.0))
         pieces += cells_of_pieces(moving)
         assert max(pieces) <= 64
@@ -415,7 +365,7 @@ def test_a_plan_that_takes_too_many_pieces_is_refused_with_what_makes_it_long(mo
     moving.move_to(TARGET)
     pieces = 1
     while moving.preparing:
-        moving.work(no_more)
+        moving.work(NO_MORE)
         pieces += 1
     refusal = moving.take_refusal()
     assert isinstance(refusal, PlanTooLongError)
@@ -425,7 +375,7 @@ def test_a_plan_that_takes_too_many_pieces_is_refused_with_what_makes_it_long(mo
     # It begins anew with the next one.
     monkeypatch.undo()
     moving.move_to(TARGET)
-    go(moving, 30, pieces=100)
+    run(moving, 0.03, pieces=100)
     assert moving.phase is MotionPhase.MOVING
 
 

@@ -11,6 +11,8 @@ from motion_machine import (
     MACHINE,
     OTHER,
     TARGET,
+    RecordedEngine,
+    assert_rests_at,
     each_kind,
     engine,
     peaks,
@@ -25,25 +27,28 @@ from tri_glide_kinematics import TriGlide, TriGlideGeometry, Workspace, Workspac
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, SliderLimits
 from tri_glide_kinematics.workspace import OutsideWorkspaceError
 
+FAR = (0.12, -0.05, 0.45)
+
+
+def begun(kind: MotionKind = MotionKind.SLIDER, seconds: float = 0.15) -> RecordedEngine:
+    """Return an engine that has been on its way to ``FAR`` for some time."""
+    moving = engine(kind)
+    moving.move_to(FAR)
+    run(moving, seconds)
+    return moving
+
 
 @each_kind
 @pytest.mark.parametrize("scale", [0.05, 0.3, 0.9])
 def test_speed_scale_takes_hold_in_mid_motion_inside_all_limits(kind, scale):
-    moving = engine(kind)
-    moving.move_to((0.12, -0.05, 0.45))
-    rows = [run(moving, 0.15)]
+    moving = begun(kind)
     moving.set_speed_scale(scale)
-    slow_since = None
-    while moving.phase is not MotionPhase.IDLE:
-        if not moving.limits_pending and slow_since is None:
-            slow_since = sum(map(len, rows)) - 1
-        rows.append(run(moving, DT)[1:])
-    heights = np.concatenate(rows)
-    assert slow_since is not None and slow_since < 450
-    assert within(heights)
-    assert peaks(heights[slow_since:])[0] <= scale * (1.0 + 1e-6)
+    while moving.limits_pending:
+        run(moving, DT)
+        assert len(moving.states) < 450
+    assert peaks(run_to_rest(moving))[0] <= scale * (1.0 + 1e-6)
     assert moving.speed_scale == scale
-    assert np.abs(place(moving) - (0.12, -0.05, 0.45)).max() < 1e-7
+    assert_rests_at(moving, FAR, near=1e-7)
 
 
 @each_kind
@@ -62,26 +67,19 @@ def test_jog_is_scaled_and_goes_on_at_the_new_speed(kind):
 def test_lower_limits_in_mid_motion_break_neither_the_old_nor_the_new(kind):
     lower = SliderLimits.uniform(0.3, 2.0, 30.0)
     for time in (0.02, 0.08, 0.15, 0.25):
-        moving = engine(kind)
-        moving.move_to((0.12, -0.05, 0.45))
-        rows = [run(moving, time)]
+        moving = begun(kind, time)
         moving.set_limits(lower)
-        new_since = None
-        while moving.phase is not MotionPhase.IDLE:
-            if moving.limits is lower and new_since is None:
-                new_since = sum(map(len, rows)) - 1
-            rows.append(run(moving, DT)[1:])
-        heights = np.concatenate(rows)
-        assert within(heights)
-        assert within(heights[new_since:], lower)
-        assert np.abs(place(moving) - (0.12, -0.05, 0.45)).max() < 1e-7
+        while moving.limits is not lower:
+            run(moving, DT)
+        assert within(run_to_rest(moving), lower)
+        assert_rests_at(moving, FAR, near=1e-7)
 
 
 @each_kind
 def test_higher_limits_are_used_at_once(kind):
     slow = SliderLimits.uniform(0.1, 2.0, 30.0)
     moving = engine(kind, slow)
-    moving.move_to((0.12, -0.05, 0.45))
+    moving.move_to(FAR)
     run(moving, 0.3)
     before = moving.remaining
     moving.set_limits(LIMITS)
@@ -91,16 +89,14 @@ def test_higher_limits_are_used_at_once(kind):
 
 @each_kind
 def test_target_that_comes_while_limits_are_pending_is_reached(kind):
-    moving = engine(kind)
-    moving.move_to((0.12, -0.05, 0.45))
-    run(moving, 0.15)
+    moving = begun(kind)
     moving.set_limits(SliderLimits.uniform(0.05, 1.0, 20.0))
     assert moving.limits_pending
     run(moving, 0.01)
     moving.move_to(OTHER)
     assert moving.target == OTHER
-    assert within(run_to_rest(moving))
-    assert np.abs(place(moving) - OTHER).max() < 1e-7
+    run_to_rest(moving)
+    assert_rests_at(moving, OTHER, near=1e-7)
     assert moving.limits.velocity[0] == 0.05
 
 
@@ -112,40 +108,31 @@ def test_a_target_that_waits_for_limits_is_not_taken_for_the_one_before(kind, st
     moving.move_to(TARGET)
     while moving.phase is MotionPhase.IDLE:
         moving.work(lambda: True)
-    for _ in range(steps):
-        moving.step(DT)
-        moving.work(lambda: True)
+    run(moving, steps * DT)
     moving.set_speed_scale(0.8)
     # Nothing is planned meanwhile.
-    for _ in range(10):
-        moving.step(DT)
+    run(moving, 0.01, pieces=0)
     assert moving.limits_pending
     moving.move_to(OTHER)
-    while moving.preparing or moving.phase is not MotionPhase.IDLE:
-        moving.step(DT)
-        moving.work(lambda: True)
-    assert place(moving) == pytest.approx(OTHER, abs=1e-9)
+    run_to_rest(moving)
+    assert_rests_at(moving, OTHER)
 
 
 @each_kind
 def test_stop_while_limits_are_pending_stays_a_stop(kind):
-    moving = engine(kind)
-    moving.move_to((0.12, -0.05, 0.45))
-    run(moving, 0.15)
+    moving = begun(kind)
     moving.set_limits(SliderLimits.uniform(0.05, 1.0, 20.0))
     run(moving, 0.01)
     moving.stop()
-    assert within(run_to_rest(moving))
+    run_to_rest(moving)
     run(moving, 0.1)
-    assert moving.phase is MotionPhase.IDLE
+    assert_rests_at(moving, place(moving))
     assert not moving.limits_pending
-    assert np.abs(place(moving) - (0.12, -0.05, 0.45)).max() > 1e-3
+    assert np.abs(place(moving) - FAR).max() > 1e-3
 
 
 def test_start_adopts_limits_that_were_pending():
-    moving = engine()
-    moving.move_to((0.12, -0.05, 0.45))
-    run(moving, 0.15)
+    moving = begun()
     moving.set_speed_scale(0.1)
     assert moving.limits_pending
     moving.start(HOME)
@@ -163,8 +150,8 @@ def test_refusal_of_a_command_that_had_to_wait_is_told_once():
     # Until the new limits are in force it is only noted; its way turns out to be blocked.
     moving.move_to((-0.2, -0.09, 0.5))
     assert moving.target == (-0.2, -0.09, 0.5)
-    heights = run_to_rest(moving)
-    assert within(heights)
+    run_to_rest(moving)
+    assert moving.kept_limits
     assert isinstance(moving.take_refusal(), OutsideWorkspaceError)
     assert moving.take_refusal() is None
     assert moving.target is None
@@ -174,26 +161,20 @@ def test_refusal_of_a_command_that_had_to_wait_is_told_once():
 @pytest.mark.parametrize("pause", [0.0, 0.003, 0.05, 0.15, 0.2, 0.25, 0.5])
 def test_limits_that_are_restored_while_braking_lead_on_to_the_target(kind, pause):
     """Whenever they come back: idle means that the target was reached, and stays the truth."""
-    target = (0.12, -0.05, 0.45)
-    moving = engine(kind)
-    moving.move_to(target)
-    rows = [run(moving, 0.1)]
+    moving = begun(kind, 0.1)
     moving.set_speed_scale(0.001)
-    rows.append(run(moving, pause)[1:])
+    run(moving, pause)
     moving.set_speed_scale(1.0)
     assert moving.phase is MotionPhase.MOVING
-    rows.append(run_to_rest(moving)[1:])
-    assert np.abs(place(moving) - target).max() < 1e-9
+    run_to_rest(moving)
     resting = run(moving, 0.1)
     assert (resting == resting[0]).all()
-    assert within(np.concatenate(rows))
+    assert_rests_at(moving, FAR)
 
 
 @each_kind
 def test_floods_while_limits_are_pending_are_not_planned(kind):
-    moving = engine(kind)
-    moving.move_to((0.12, -0.05, 0.45))
-    run(moving, 0.15)
+    moving = begun(kind)
     moving.set_speed_scale(0.001)
     number = moving.plan_number
     for index in range(200):

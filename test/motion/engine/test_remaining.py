@@ -6,21 +6,29 @@ import math
 from itertools import pairwise
 
 import pytest
-from motion_machine import DT, HOME, MACHINE, OTHER, TARGET, each_kind, engine, place
+from motion_machine import (
+    DT,
+    OTHER,
+    START,
+    TARGET,
+    beside,
+    each_kind,
+    each_mode,
+    engine,
+    more,
+    path_beside,
+    place,
+    run,
+)
 
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformPath, SliderLimits
 
-START = MACHINE.forward(HOME)
 SLOW = SliderLimits.uniform(0.1, 2.0, 50.0)
-
-each_mode = pytest.mark.parametrize("in_pieces", [False, True])
 
 
 def path(tolerance: float = 0.0) -> PlatformPath:
     """Return a path that begins elsewhere and stops on its way, without a tolerance."""
-    x, y, z = START
-    begin = PlatformPath.start((x + 0.01, y, z))
-    return begin.line_to((x + 0.05, y, z), tolerance=tolerance).line_to((x + 0.05, y + 0.03, z))
+    return path_beside((0.01, 0.0), (0.05, 0.0), (0.05, 0.03), tolerance=tolerance)
 
 
 def loop(moving: MotionEngine) -> list[float]:
@@ -29,7 +37,7 @@ def loop(moving: MotionEngine) -> list[float]:
     while moving.remaining > 0.0:
         told.append(moving.remaining)
         moving.step(DT)
-        moving.work(iter([True, True, False]).__next__)
+        moving.work(more(2))
         assert len(told) < 20_000, "it never ended"
     return told
 
@@ -57,19 +65,18 @@ def test_a_loop_over_it_drives_a_path_to_its_end(in_pieces, tolerance):
 
 @each_mode
 def test_a_loop_over_it_drives_a_path_of_many_windows_and_its_extension(in_pieces):
-    x, y, z = START
-    circle = PlatformPath.start(START).arc_about((x, y + 0.04, z), (0.0, 0.0, 1.0), 2.0 * math.pi)
+    centre, axis = beside(0.0, 0.04), (0.0, 0.0, 1.0)
+    circle = PlatformPath.start(START).arc_about(centre, axis, 2.0 * math.pi)
     moving = engine(in_pieces=in_pieces, limits=SliderLimits.uniform(1.0, 10.0, 2000.0))
     moving.follow(circle)
     for _ in range(200):
-        moving.step(DT)
-        moving.work(lambda: False)
+        run(moving, DT, pieces=1)
         assert moving.remaining > 0.0
-    moving.extend(PlatformPath.start(START).line_to((x + 0.02, y, z), tolerance=0.002))
+    moving.extend(path_beside((0.0, 0.0), (0.02, 0.0), tolerance=0.002))
     assert math.isinf(moving.remaining)
     loop(moving)
     assert moving.take_refusal() is None
-    assert math.dist(place(moving), (x + 0.02, y, z)) < 1e-9
+    assert math.dist(place(moving), beside(0.02)) < 1e-9
 
 
 @each_kind
@@ -77,9 +84,7 @@ def test_a_loop_over_it_drives_a_path_of_many_windows_and_its_extension(in_piece
 def test_a_loop_over_it_drives_a_move_that_comes_in_motion(kind, in_pieces):
     moving = engine(kind, in_pieces=in_pieces)
     moving.move_to(TARGET)
-    for _ in range(100):
-        moving.step(DT)
-        moving.work(lambda: True)
+    run(moving, 0.1, math.inf)
     moving.move_to(OTHER)
     assert math.isinf(moving.remaining) is in_pieces
     assert_counts_down(loop(moving))
@@ -91,9 +96,7 @@ def test_a_loop_over_it_drives_a_move_that_comes_in_motion(kind, in_pieces):
 def test_it_is_unknown_while_a_goal_waits_for_limits(kind, in_pieces):
     moving = engine(kind, in_pieces=in_pieces)
     moving.move_to(TARGET)
-    for _ in range(150):
-        moving.step(DT)
-        moving.work(lambda: True)
+    run(moving, 0.15, math.inf)
     moving.set_limits(SLOW)
     moving.move_to(OTHER)
     assert moving.limits_pending
@@ -107,19 +110,16 @@ def test_a_pause_has_no_known_end_and_a_stop_has(in_pieces):
     moving = engine(in_pieces=in_pieces)
     moving.follow(path(0.002))
     while moving.path_progress is None or not moving.path_progress.way > 0.01:
-        moving.step(DT)
-        moving.work(lambda: True)
+        run(moving, DT)
     moving.pause()
     while moving.phase is not MotionPhase.PAUSED:
         assert math.isinf(moving.remaining)
-        moving.step(DT)
-        moving.work(lambda: True)
+        run(moving, DT)
     assert math.isinf(moving.remaining)
     moving.resume()
     for _ in range(50):
         assert moving.remaining > 0.0
-        moving.step(DT)
-        moving.work(lambda: True)
+        run(moving, DT)
     moving.stop()
     assert moving.remaining == moving.time_to_rest > 0.0
     loop(moving)
@@ -130,9 +130,7 @@ def test_a_pause_has_no_known_end_and_a_stop_has(in_pieces):
 def test_what_has_no_end_has_no_time_to_it(in_pieces):
     moving = engine(in_pieces=in_pieces)
     moving.move_to(TARGET)
-    for _ in range(100):
-        moving.step(DT)
-        moving.work(lambda: True)
+    run(moving, 0.1, math.inf)
     moving.jog((0.05, 0.0, 0.0))
     assert moving.tracks
     assert math.isinf(moving.remaining)

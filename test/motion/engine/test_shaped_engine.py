@@ -3,31 +3,30 @@
 from __future__ import annotations
 
 import math
-import random
 
 import numpy as np
 import pytest
 from motion_machine import (
     DT,
     HOME,
-    KINDS,
     LIMITS,
     MACHINE,
     OTHER,
     SHAPER,
     TARGET,
-    assert_keeps,
-    driven,
+    RecordedEngine,
+    assert_rests_at,
     each_kind,
+    each_mode,
     engine,
+    platform_velocity,
     run,
+    run_to_rest,
+    stormed,
+    within,
 )
 
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
-    CommandStream,
-    LimitUse,
-    MotionEngine,
     MotionKind,
     MotionPhase,
     SliderLimits,
@@ -42,7 +41,7 @@ from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 SHAPERS = (None, SHAPER, Shaper.of(ShaperKind.ZVD, Mode(30.0, 0.05)))
 
 
-def shaped(kind: MotionKind = MotionKind.SLIDER, **options) -> MotionEngine:
+def shaped(kind: MotionKind = MotionKind.SLIDER, **options) -> RecordedEngine:
     """Return an engine that rests, with the shaper in force."""
     moving = engine(kind, **options)
     moving.set_shaper(SHAPER)
@@ -50,32 +49,21 @@ def shaped(kind: MotionKind = MotionKind.SLIDER, **options) -> MotionEngine:
     return moving
 
 
+def begun(seconds: float, kind: MotionKind = MotionKind.SLIDER) -> RecordedEngine:
+    """Return an engine with the shaper that has been on its way to ``TARGET`` for some time."""
+    moving = shaped(kind)
+    moving.move_to(TARGET)
+    run(moving, seconds)
+    return moving
+
+
 @each_kind
-@pytest.mark.parametrize("in_pieces", [False, True])
+@each_mode
 def test_whatever_is_commanded_the_limits_hold(kind, in_pieces):
-    rng = random.Random(5)
     moving = shaped(kind, in_pieces=in_pieces)
-    heights, plans = [], moving.plan_number
-    for _ in range(2000):
-        try:
-            event = rng.random()
-            if event < 0.004:
-                moving.move_to([rng.uniform(*pair) for pair in ((-0.1, 0.1),) * 2 + ((0.2, 0.36),)])
-            elif event < 0.008:
-                moving.jog([rng.uniform(-0.4, 0.4) for _ in range(3)])
-            elif event < 0.010:
-                moving.stop()
-            elif event < 0.011:
-                moving.set_speed_scale(rng.choice((0.2, 0.6, 1.0)))
-            elif event < 0.012:
-                moving.set_shaper(rng.choice(SHAPERS))
-        except KinematicsError:
-            pass
-        heights.append(moving.step(DT).heights)
-        if in_pieces:
-            left = iter(range(20))
-            moving.work(lambda left=left: next(left, None) is not None)
-    assert_keeps(heights)
+    plans = moving.plan_number
+    stormed(moving, 2000, 5, SHAPERS)
+    assert moving.kept_limits
     assert moving.plan_number - plans > 8
 
 
@@ -93,14 +81,12 @@ def test_what_is_driven_is_checked_for_the_workspace(monkeypatch):
 def test_lines_and_their_stops_stay_straight():
     moving = shaped(MotionKind.LINEAR)
     moving.move_to(TARGET)
-    driven(moving)
+    run_to_rest(moving)
     moving.move_to(OTHER)
-    for _ in range(150):
-        moving.step(DT)
+    run(moving, 0.15)
     moving.stop()
-    heights = driven(moving)
+    places = MACHINE.forward_batch(run_to_rest(moving))
     along = np.subtract(OTHER, TARGET) / math.dist(TARGET, OTHER)
-    places = MACHINE.forward_batch(heights)
     assert np.linalg.norm(np.cross(places - np.array(TARGET), along), axis=1).max() < 1e-12
 
 
@@ -125,24 +111,13 @@ def test_it_is_idle_only_when_the_shaper_is_empty(kind):
     plain, moving = engine(kind), shaped(kind)
     for each in (plain, moving):
         each.move_to(TARGET)
-    expected = len(driven(plain)) * DT + SHAPER.duration
+    expected = len(run_to_rest(plain)) * DT + SHAPER.duration
     assert moving.remaining == pytest.approx(moving.time_to_rest)
-    heights = driven(moving)
+    heights = run_to_rest(moving)
     assert expected <= len(heights) * DT + DT
-    assert MACHINE.forward(moving.state.heights) == pytest.approx(TARGET, abs=1e-9)
+    assert_rests_at(moving, TARGET)
     assert max(map(abs, moving.state.velocities)) < 1e-9
     assert np.abs(np.diff(heights[-3:], axis=0)).max() < 1e-5
-
-
-def test_the_plan_that_is_shown_is_what_is_driven():
-    moving = shaped()
-    moving.move_to(TARGET)
-    for _ in range(50):
-        moving.step(DT)
-    times = DT * np.arange(1, 300)
-    shown = moving.sample_plan(times).heights
-    heights = [moving.step(DT).heights for _ in times]
-    np.testing.assert_allclose(heights, shown, rtol=0.0, atol=1e-10)
 
 
 @each_kind
@@ -152,10 +127,9 @@ def test_a_stop_takes_the_shaper_and_little_more(kind):
         times = []
         for each in (engine(kind), shaped(kind)):
             each.move_to(TARGET)
-            for _ in range(steps):
-                each.step(DT)
+            run(each, steps * DT)
             each.stop()
-            times.append(len(driven(each)) * DT)
+            times.append(len(run_to_rest(each)) * DT)
         later.append((times[1] - times[0] - SHAPER.duration) / times[0])
     assert np.median(later) <= 0.05
 
@@ -202,58 +176,49 @@ def test_a_motion_is_never_planned_for_less_than_it_has(velocity, acceleration):
 def test_a_change_of_shaper_waits_for_rest():
     moving = engine()
     moving.move_to(TARGET)
-    for _ in range(100):
-        moving.step(DT)
+    run(moving, 0.1)
     moving.set_shaper(SHAPER)
     assert moving.shaper is None
     assert moving.shaper_pending
-    driven(moving)
-    assert MACHINE.forward(moving.state.heights) == pytest.approx(TARGET, abs=1e-9)
+    run_to_rest(moving)
+    assert_rests_at(moving, TARGET)
     assert not moving.shaper_pending
     moving.move_to(OTHER)
     assert moving.shaper is SHAPER
     assert not moving.shaper_pending
-    assert_keeps(driven(moving))
+    run_to_rest(moving)
+    assert moving.kept_limits
     moving.set_shaper(None)
     assert moving.shaper is None
 
 
 def test_limits_may_change_while_it_is_full():
-    moving = shaped()
-    moving.move_to(TARGET)
-    heights = [moving.step(DT).heights for _ in range(200)]
+    moving = begun(0.2)
     lower = SliderLimits.uniform(0.3, 4.0, 80.0)
     moving.set_limits(lower)
     while moving.limits_pending:
-        heights.append(moving.step(DT).heights)
-    assert_keeps(heights)
-    assert_keeps(driven(moving), lower)
+        moving.step(DT)
+    assert within(run_to_rest(moving), lower)
+    assert moving.kept_limits
 
 
 @each_kind
 def test_limits_that_are_lowered_after_a_stop_are_in_force_when_the_shaper_is_empty(kind):
-    moving = shaped(kind)
-    moving.move_to(TARGET)
-    heights = [moving.state.heights]
-    heights += [moving.step(DT).heights for _ in range(120)]
+    moving = begun(0.12, kind)
     moving.stop()
     moving.set_speed_scale(0.05)
     assert moving.limits_pending
     rests = moving.time_to_rest
-    rest = driven(moving)
-    assert len(rest) * DT < rests + 0.01
+    assert len(run_to_rest(moving)) * DT < rests + 0.01
     assert not moving.limits_pending
     assert moving.speed_scale == 0.05
-    assert_keeps([*heights, *rest[1:]])
+    assert moving.kept_limits
 
 
 def test_limits_that_come_behind_a_stop_are_in_force_at_once():
-    moving = shaped()
-    moving.move_to(TARGET)
-    for _ in range(200):
-        moving.step(DT)
+    moving = begun(0.2)
     moving.stop()
-    driven(moving)
+    run_to_rest(moving)
     # What is held is the stop; it has ended, and what the sliders did before counts no more.
     moving.set_speed_scale(0.1)
     assert not moving.limits_pending
@@ -265,39 +230,32 @@ def test_slow_motion_is_proved_in_few_pieces():
     moving.jog((0.001, 0.0, 0.0))
     pieces = 0
     while moving.preparing:
-        left = iter(range(0))
-        moving.work(lambda left=left: next(left, None) is not None)
+        moving.work(lambda: False)
         pieces += 1
         assert pieces < 300
-    heights = run(moving, 0.5)
+    run(moving, 0.5)
     assert moving.phase is MotionPhase.JOGGING
-    assert_keeps(heights)
-    places = MACHINE.forward_batch(heights)
-    assert np.diff(places[-2:, 0])[0] / DT == pytest.approx(0.001, rel=1e-6)
+    assert moving.kept_limits
+    assert platform_velocity(moving)[0] == pytest.approx(0.001, rel=1e-6)
 
 
 def test_a_new_start_forgets_what_was_driven():
-    moving = shaped()
-    moving.move_to(TARGET)
-    for _ in range(100):
-        moving.step(DT)
+    moving = begun(0.1)
     moving.start(HOME)
-    assert moving.state.heights == pytest.approx(HOME, abs=1e-12)
     assert moving.shaper is SHAPER
-    for _ in range(100):
-        assert moving.step(DT).heights == pytest.approx(HOME, abs=1e-12)
+    assert np.abs(run(moving, 0.1) - HOME).max() < 1e-12
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each_kind
 def test_a_jog_in_another_direction_is_calm(kind):
     moving = shaped(kind)
-    heights = [moving.state.heights]
     for velocity in ((0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (-0.1, 0.0, 0.1)):
         moving.jog(velocity)
-        heights += [moving.step(DT).heights for _ in range(250)]
+        run(moving, 0.25)
         assert moving.phase is MotionPhase.JOGGING
     moving.stop()
-    assert_keeps([*heights, *driven(moving)[1:]])
+    run_to_rest(moving)
+    assert moving.kept_limits
 
 
 @pytest.mark.parametrize(
@@ -318,19 +276,8 @@ def test_a_plan_from_rest_is_proved_from_its_start_however_long_that_takes(start
         if not moving.preparing:
             break
         moving.step(0.05)
-    heights = [moving.state.heights]
-    while moving.phase is not MotionPhase.IDLE:
-        heights.append(moving.step(DT).heights)
-    assert MACHINE.forward(heights[-1]) == pytest.approx(end, abs=1e-9)
-    assert LimitUse.of(CommandStream.from_heights(heights, DT), LIMITS).is_within
-
-
-def test_new_limits_at_rest_are_in_force_at_once():
-    moving = engine(in_pieces=True)
-    moving.set_shaper(SHAPER)
-    moving.set_limits(SliderLimits.uniform(0.3, 4.0, 80.0))
-    assert moving.phase is MotionPhase.IDLE
-    assert not moving.limits_pending
+    run_to_rest(moving)
+    assert_rests_at(moving, end)
 
 
 def test_a_slow_motion_as_fast_as_allowed_is_stopped_at_once():

@@ -4,28 +4,32 @@ from __future__ import annotations
 
 import math
 import random
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from motion_machine import (
     DT,
-    HOME,
     LIMITS,
     MACHINE,
     SHAPER,
+    START,
     TARGET,
     WORKSPACE,
-    assert_keeps,
-    driven,
+    RecordedEngine,
+    assert_rests_at,
+    each_mode,
     engine,
+    run,
+    run_to_rest,
+    within,
 )
 from soak import many
 
 from testing.path_samples import largest_part, random_path
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
-    MotionEngine,
     MotionKind,
     MotionPhase,
     PlatformPath,
@@ -37,7 +41,6 @@ from tri_glide_kinematics.motion.shaped import Bends, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.workspace import Workspace
 
-START = np.array(MACHINE.forward(HOME))
 SHAPERS = (
     SHAPER,
     Shaper.of(ShaperKind.ZV, Mode(12.0, 0.05)),
@@ -45,12 +48,26 @@ SHAPERS = (
 )
 
 
-def at_start(path: PlatformPath, shaper: Shaper = SHAPER, **options) -> MotionEngine:
+def at_start(path: PlatformPath, shaper: Shaper = SHAPER, **options) -> RecordedEngine:
     """Return an engine that rests at the start of a path, with a shaper in force."""
-    moving = engine(MotionKind.LINEAR, **options)
-    moving.start(MACHINE.inverse(path.position(0.0)))
+    start = MACHINE.inverse(path.position(0.0))
+    moving = engine(MotionKind.LINEAR, heights=start, **options)
     moving.set_shaper(shaper)
     return moving
+
+
+def following(path: PlatformPath, shaper: Shaper = SHAPER, **options) -> RecordedEngine:
+    """Return an engine that has just begun to follow a path."""
+    moving = at_start(path, shaper, **options)
+    moving.follow(path)
+    return moving
+
+
+def offsets_of(path: PlatformPath) -> np.ndarray:
+    """Return where an engine drives a path, seen from the start."""
+    moving = following(path)
+    run_to_rest(moving)
+    return moving.places_since() - START
 
 
 def around(*corners, tolerance: float = 0.0, speed: float | None = None) -> PlatformPath:
@@ -79,13 +96,10 @@ def sampled_paths(count: int):
 @pytest.mark.parametrize("shaper", SHAPERS)
 def test_paths_keep_limits_and_tolerances(shaper):
     for path, pieces in sampled_paths(many(1)):
-        moving = at_start(path, shaper)
-        moving.follow(path)
-        heights = driven(moving, 60_000)
-        assert_keeps(heights)
-        places = MACHINE.forward_batch(heights)
-        assert largest_part(path, pieces, places) <= 1.0
-        assert math.dist(places[-1], path.end) < 1e-9
+        moving = following(path, shaper)
+        run_to_rest(moving)
+        assert largest_part(path, pieces, moving.places_since()) <= 1.0
+        assert_rests_at(moving, path.end)
 
 
 def test_without_speeds_for_bends_a_tolerance_would_not_hold(monkeypatch):
@@ -100,14 +114,17 @@ def test_without_speeds_for_bends_a_tolerance_would_not_hold(monkeypatch):
         at_start(path).follow(path)
 
 
+def assert_inside_square(places: np.ndarray) -> None:
+    """Judge places on the square with a tolerance of 1 mm."""
+    assert np.abs(places - START - (0.02, 0.02, 0.0)).max() <= 0.021
+
+
 def test_the_trajectory_without_an_engine_keeps_the_same():
     path = around(*SQUARE, tolerance=1e-3)
     motion = time_path(path, WORKSPACE, LIMITS, SHAPER)
     heights = motion.sample(np.arange(0.0, motion.duration, DT)).heights
-    assert_keeps(heights)
-    places = MACHINE.forward_batch(heights)
-    inside = np.abs(places - START - (0.02, 0.02, 0.0)).max(axis=1)
-    assert inside.max() <= 0.021
+    assert within(heights)
+    assert_inside_square(MACHINE.forward_batch(heights))
     assert motion.duration > time_path(path, WORKSPACE, LIMITS).duration + SHAPER.duration
 
 
@@ -152,34 +169,21 @@ def test_a_long_shaped_motion_beside_an_edge_is_proved_to_be_inside():
 
 def test_at_a_corner_without_tolerance_the_shaper_becomes_empty():
     path = around((40.0, 0.0, 0.0), (40.0, 40.0, 0.0))
-    for motion in (engine_places(path), trajectory_places(path)):
-        beside = np.minimum(np.abs(motion[:, 1]), np.abs(motion[:, 0] - 0.04))
-        assert beside.max() < 1e-12
-        at_corner = np.linalg.norm(motion - (0.04, 0.0, 0.0), axis=1) < 1e-9
-        assert at_corner.any()
-
-
-def engine_places(path: PlatformPath) -> np.ndarray:
-    """Return where an engine drives a path, seen from the start."""
-    moving = at_start(path)
-    moving.follow(path)
-    return MACHINE.forward_batch(driven(moving)) - START
-
-
-def trajectory_places(path: PlatformPath) -> np.ndarray:
-    """Return the same without an engine."""
     motion = time_path(path, WORKSPACE, LIMITS, SHAPER)
     times = np.arange(0.0, motion.duration + DT, DT)
-    return MACHINE.forward_batch(motion.sample(times).heights) - START
+    alone = MACHINE.forward_batch(motion.sample(times).heights) - START
+    for places in (offsets_of(path), alone):
+        beside = np.minimum(np.abs(places[:, 1]), np.abs(places[:, 0] - 0.04))
+        assert beside.max() < 1e-12
+        at_corner = np.linalg.norm(places - (0.04, 0.0, 0.0), axis=1) < 1e-9
+        assert at_corner.any()
 
 
 def test_a_speed_that_is_asked_for_holds_though_speeds_are_averaged():
     path = PlatformPath.start(START)
     for x, speed in ((40.0, None), (60.0, 0.1), (100.0, None)):
         path = path.line_to(np.add(START, (1e-3 * x, 0.0, 0.0)), 1e-3, speed)
-    moving = at_start(path)
-    moving.follow(path)
-    places = MACHINE.forward_batch(driven(moving)) - START
+    places = offsets_of(path)
     speeds = np.diff(places[:, 0]) / DT
     slow = (places[:-1, 0] > 0.04) & (places[1:, 0] < 0.06)
     assert slow.sum() > 100
@@ -198,94 +202,80 @@ def test_a_bend_without_tolerance_is_refused_and_nothing_changes():
         time_path(path, WORKSPACE, LIMITS, SHAPER)
     same = PlatformPath.start(START).arc_about(centre, (0.0, 0.0, 1.0), 2.0, tolerance=2e-4)
     moving.follow(same)
-    places = MACHINE.forward_batch(driven(moving))
+    places = MACHINE.forward_batch(run_to_rest(moving))
     away = np.abs(np.linalg.norm(places - centre, axis=1) - 0.02)
     assert 2e-5 < away.max() <= 2e-4
 
 
 def test_it_may_be_paused_stopped_and_gone_on_with():
     path = around(*SQUARE, tolerance=1e-3)
-    moving = at_start(path)
-    moving.follow(path)
-    heights = [moving.state.heights]
-    for steps, act in (
-        (200, moving.pause),
-        (400, moving.resume),
-        (250, moving.pause),
-        (30, moving.resume),
+    moving = following(path)
+    for seconds, act in (
+        (0.2, moving.pause),
+        (0.4, moving.resume),
+        (0.25, moving.pause),
+        (0.03, moving.resume),
     ):
-        heights += [moving.step(DT).heights for _ in range(steps)]
+        run(moving, seconds)
         act()
-    heights += driven(moving)[1:].tolist()
-    assert_keeps(heights)
-    inside = np.abs(MACHINE.forward_batch(heights) - START - (0.02, 0.02, 0.0)).max(axis=1)
-    assert inside.max() <= 0.021
-    assert math.dist(MACHINE.forward(moving.state.heights), path.end) < 1e-9
+    run_to_rest(moving)
+    assert_rests_at(moving, path.end)
+    assert_inside_square(moving.places_since())
 
 
 def test_it_may_be_extended_in_motion_at_its_end_and_after_a_change_of_shaper():
-    path = around(*SQUARE[:2], tolerance=1e-3)
-    moving = at_start(path)
-    moving.follow(path)
-    heights = [moving.step(DT).heights for _ in range(300)]
+    moving = following(around(*SQUARE[:2], tolerance=1e-3))
+    run(moving, 0.3)
     moving.extend(PlatformPath.through(START + 1e-3 * np.array(SQUARE[1:3]), 1e-3))
-    heights += driven(moving)[1:].tolist()
+    run_to_rest(moving)
     for shaper in (SHAPER, None, SHAPER):
         moving.set_shaper(shaper)
         end = MACHINE.forward(moving.state.heights)
         moving.extend(PlatformPath.start(end).line_to(np.add(end, (0.005, 0.01, 0.0)), 1e-3))
-        heights += driven(moving)[1:].tolist()
-        assert_keeps(heights)
+        run_to_rest(moving)
+        assert moving.kept_limits
     assert moving.path_progress.deviation <= 1e-3 * (1.0 + 1e-9)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("in_pieces", [False, True])
+@each_mode
 def test_whatever_comes_between_the_limits_hold(in_pieces):
     rng = random.Random(8)
     moving = engine(MotionKind.LINEAR, in_pieces=in_pieces)
     moving.set_shaper(SHAPER)
-    heights, last, plans = [moving.state.heights], MotionPhase.IDLE, moving.plan_number
+    last, plans = MotionPhase.IDLE, moving.plan_number
+
+    def follow() -> None:
+        steps = [[rng.uniform(-40.0, 40.0) for _ in range(3)] for _ in range(4)]
+        moving.follow(around(*steps, tolerance=rng.choice((0.0, 1e-3, 5e-3))))
+
+    commands = (
+        follow,
+        lambda: moving.move_to(TARGET),
+        moving.stop,
+        moving.pause,
+        moving.resume,
+        lambda: moving.set_speed_scale(rng.choice((0.3, 0.6, 1.0))),
+        lambda: moving.set_shaper(rng.choice((None, *SHAPERS))),
+    )
     for _ in range(many(3000)):
-        try:
-            event = rng.random()
-            if event < 0.003:
-                steps = np.array([[rng.uniform(-40.0, 40.0) for _ in range(3)] for _ in range(4)])
-                moving.follow(around(*steps, tolerance=rng.choice((0.0, 1e-3, 5e-3))))
-            elif event < 0.004:
-                moving.move_to(TARGET)
-            elif event < 0.005:
-                moving.stop()
-            elif event < 0.007:
-                moving.pause()
-            elif event < 0.010:
-                moving.resume()
-            elif event < 0.011:
-                moving.set_speed_scale(rng.choice((0.3, 0.6, 1.0)))
-            elif event < 0.012:
-                moving.set_shaper(rng.choice((None, *SHAPERS)))
-        except KinematicsError:
-            pass
+        if rng.random() < 0.012:
+            with suppress(KinematicsError):
+                rng.choices(commands, (3, 1, 1, 2, 3, 1, 1))[0]()
         rests = moving.phase is MotionPhase.IDLE and not moving.preparing
-        heights.append(moving.step(DT).heights)
+        before, after = run(moving, DT, pieces=21)
         if rests and last is MotionPhase.IDLE:
-            assert math.dist(heights[-1], heights[-2]) < 1e-12
+            assert math.dist(before, after) < 1e-12
         last = moving.phase
-        if in_pieces:
-            left = iter(range(20))
-            moving.work(lambda left=left: next(left, None) is not None)
-    assert_keeps(heights)
+    assert moving.kept_limits
     assert moving.plan_number - plans > many(10)
 
 
-@pytest.mark.parametrize("in_pieces", [False, True])
+@each_mode
 def test_a_next_part_that_is_not_proved_ends_the_path_with_the_reason(monkeypatch, in_pieces):
     # A path in motion, as one from rest is refused at once; from some time on nothing is proved.
-    moving = at_start(around(*SQUARE), in_pieces=in_pieces)
-    moving.follow(around(*SQUARE))
-    for _ in range(100):
-        moving.step(DT)
-        moving.work(lambda: True)
+    moving = following(around(*SQUARE), in_pieces=in_pieces)
+    run(moving, 0.1, math.inf)
     tried = []
 
     def unproved(*_):
@@ -294,7 +284,8 @@ def test_a_next_part_that_is_not_proved_ends_the_path_with_the_reason(monkeypatc
         yield
 
     monkeypatch.setattr(ShapedTrajectory, "limit_use", unproved)
-    assert_keeps(driven(moving))
+    run_to_rest(moving)
+    assert moving.kept_limits
     assert isinstance(moving.take_refusal(), CutBendError)
     assert moving.remaining == 0.0
     # It is tried once where it is due, and once at rest.

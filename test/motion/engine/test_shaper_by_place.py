@@ -13,14 +13,23 @@ from motion_machine import (
     LIMITS,
     MACHINE,
     WORKSPACE,
+    RecordedEngine,
+    assert_rests_at,
+    distance_from_polyline,
     each_kind,
+    each_mode,
+    engine,
     limit_use,
+    more,
+    place,
+    run,
+    run_to_rest,
+    speeds,
     within,
 )
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
-    MotionEngine,
     MotionKind,
     MotionPhase,
     PlatformPath,
@@ -48,34 +57,25 @@ def by_place(*frequencies: float) -> ShaperByPlace:
 BY_PLACE = by_place(9.0, 15.0, 21.0)
 
 
+ALL = math.inf
+
+
 def resting(
     kind: MotionKind = MotionKind.LINEAR, at: Vector3 = LEFT, **options: bool
-) -> MotionEngine:
+) -> RecordedEngine:
     """Return an engine that rests, with shapers by place in force."""
-    moving = MotionEngine(WORKSPACE, LIMITS, kind=kind, **options)
+    moving = engine(kind, heights=MACHINE.inverse(at), **options)
     moving.set_shaper(BY_PLACE)
-    moving.start(MACHINE.inverse(at))
     assert not moving.shaper_pending
     return moving
 
 
-def driven(moving: MotionEngine, steps: int = 0) -> np.ndarray:
-    """Return the heights of so many steps, or until the engine is idle."""
-    heights = [moving.state.heights]
-    while len(heights) <= steps or (not steps and moving.phase is not MotionPhase.IDLE):
-        heights.append(moving.step(DT).heights)
-        moving.work(lambda: True)
-        assert len(heights) < 10_000, "never came to rest"
-    return np.array(heights)
-
-
-def speeds(heights: np.ndarray) -> np.ndarray:
-    """Return the speed of the platform in each step [m/s]."""
-    return np.linalg.norm(np.diff(MACHINE.forward_batch(heights), axis=0), axis=1) / DT
-
-
-def place(moving: MotionEngine) -> Vector3:
-    return MACHINE.forward(moving.state.heights)
+def begun(kind: MotionKind = MotionKind.LINEAR, **options: bool) -> RecordedEngine:
+    """Return an engine on its way to ``NEAR``, with a shaper that does for that only."""
+    moving = resting(kind, **options)
+    moving.move_to(NEAR)
+    run(moving, 0.09, ALL)
+    return moving
 
 
 @each_kind
@@ -84,8 +84,8 @@ def test_from_rest_each_move_has_the_shaper_of_its_way(kind):
     for target in (NEAR, RIGHT, (0.07, 0.0, 0.27)):
         moving.move_to(target)
         shapers.append(moving.shaper)
-        assert within(driven(moving))
-        assert place(moving) == pytest.approx(target, abs=1e-9)
+        run_to_rest(moving)
+        assert_rests_at(moving, target)
         # It stays as it is until the next motion is known.
         assert moving.shaper is shapers[-1]
     near, across, back = shapers
@@ -105,75 +105,65 @@ def test_a_move_of_its_own_has_the_same_shaper(kind):
 
 
 @each_kind
-@pytest.mark.parametrize("in_pieces", [False, True])
+@each_mode
 def test_where_the_present_shaper_does_not_do_the_machine_rests_first(kind, in_pieces):
-    moving = resting(kind, in_pieces=in_pieces)
-    moving.move_to(NEAR)
-    heights = [*driven(moving, 90)]
+    moving = begun(kind, in_pieces=in_pieces)
     first = moving.shaper
     moving.move_to(RIGHT)
     moving.work(lambda: True)
-    heights += [*driven(moving, 30)[1:]]
+    run(moving, 0.03, ALL)
     assert moving.shaper_pending
-    phases = set()
-    while moving.phase is not MotionPhase.IDLE:
-        if moving.shaper is first:
-            heights.append(moving.step(DT).heights)
-            phases.add(moving.phase)
-            moving.work(lambda: True)
-        else:
-            rest = len(heights)
-            heights += [*driven(moving)[1:]]
-    assert phases == {MotionPhase.MOVING}
-    assert within(np.array(heights))
-    assert place(moving) == pytest.approx(RIGHT, abs=1e-9)
+    while moving.shaper is first:
+        assert moving.phase is MotionPhase.MOVING
+        run(moving, DT, ALL)
+    rest = len(moving.states)
+    run_to_rest(moving)
+    assert_rests_at(moving, RIGHT)
     assert len(moving.shaper.times) == 4
     assert not moving.shaper_pending
     # There it rested, as nothing is left in a shaper when another one takes its place.
-    assert speeds(np.array(heights))[rest - 5 : rest].max() < 1e-3
-    assert speeds(np.array(heights))[:rest].max() > 0.05
+    speed = speeds(moving.heights_since())
+    assert speed[rest - 5 : rest].max() < 1e-3
+    assert speed[:rest].max() > 0.05
 
 
 @each_kind
 def test_where_it_does_the_machine_goes_on_at_once(kind):
     moving = resting(kind)
     moving.move_to(RIGHT)
-    heights, first = [*driven(moving, 150)], moving.shaper
+    run(moving, 0.15)
+    first = moving.shaper
     moving.move_to((0.0, 0.05, 0.3))
     assert not moving.shaper_pending
-    heights += [*driven(moving)[1:]]
+    run_to_rest(moving)
     assert moving.shaper is first
-    assert within(np.array(heights))
-    assert speeds(np.array(heights))[100:-150].min() > 0.01
+    assert_rests_at(moving, (0.0, 0.05, 0.3))
+    assert speeds(moving.heights_since())[100:-150].min() > 0.01
 
 
 @each_kind
 def test_a_command_just_before_the_shaper_is_empty_waits_for_that(kind):
     moving = resting(kind)
-    heights = [moving.state.heights]
     moving.move_to(NEAR)
     while moving.time_to_rest > 0.03:
-        heights.append(moving.step(DT).heights)
+        moving.step(DT)
     moving.move_to(RIGHT)
     assert moving.shaper_pending
     assert moving.phase is MotionPhase.MOVING
-    heights += [*driven(moving)[1:]]
-    assert within(np.array(heights))
-    assert place(moving) == pytest.approx(RIGHT, abs=1e-9)
+    run_to_rest(moving)
+    assert_rests_at(moving, RIGHT)
 
 
 @each_kind
 def test_a_stop_while_another_shaper_waits_is_a_stop(kind):
-    moving = resting(kind)
-    moving.move_to(NEAR)
-    heights = [*driven(moving, 90)]
+    moving = begun(kind)
     moving.move_to(RIGHT)
-    heights += [*driven(moving, 10)[1:]]
+    run(moving, 0.01)
     moving.stop()
     # It may be anything, as nothing moves when it comes in force.
     moving.set_speed_scale(0.01)
-    heights += [*driven(moving)[1:]]
-    assert within(np.array(heights))
+    run_to_rest(moving)
+    assert moving.kept_limits
     assert moving.speed_scale == 0.01
     assert place(moving)[0] < NEAR[0] + 0.02
     assert not moving.limits_pending
@@ -182,70 +172,60 @@ def test_a_stop_while_another_shaper_waits_is_a_stop(kind):
 
 @each_kind
 def test_limits_may_be_lowered_while_another_shaper_waits(kind):
-    moving = resting(kind)
-    moving.move_to(NEAR)
-    heights, first = [*driven(moving, 90)], moving.shaper
+    moving = begun(kind)
+    first = moving.shaper
     moving.move_to(RIGHT)
     lower = SliderLimits.uniform(0.3, 4.0, 80.0)
     moving.set_limits(lower)
     assert moving.limits_pending
     while moving.limits_pending:
         assert moving.shaper is first
-        heights.append(moving.step(DT).heights)
-    assert within(np.array(heights))
-    rest = driven(moving)
+        moving.step(DT)
+    rest = run_to_rest(moving)
     assert within(rest, lower)
     assert limit_use(rest, lower).largest.max() > 0.5
-    assert place(moving) == pytest.approx(RIGHT, abs=1e-9)
+    assert_rests_at(moving, RIGHT)
     assert len(moving.shaper.times) == 4
 
 
 def test_the_newest_target_counts_while_another_shaper_waits():
-    moving = resting()
-    moving.move_to(NEAR)
-    driven(moving, 90)
+    moving = begun()
     moving.move_to(RIGHT)
-    driven(moving, 10)
+    run(moving, 0.01)
     moving.move_to(MIDDLE)
-    driven(moving)
-    assert place(moving) == pytest.approx(MIDDLE, abs=1e-9)
+    run_to_rest(moving)
+    assert_rests_at(moving, MIDDLE)
 
 
 def test_a_refused_command_changes_nothing():
-    moving = resting()
-    moving.move_to(NEAR)
-    driven(moving, 90)
+    moving = begun()
     with pytest.raises(KinematicsError):
         moving.move_to((0.0, 0.0, 3.0))
     assert not moving.shaper_pending
-    driven(moving)
-    assert place(moving) == pytest.approx(NEAR, abs=1e-9)
+    run_to_rest(moving)
+    assert_rests_at(moving, NEAR)
 
 
 def test_a_jog_may_lead_anywhere_so_it_never_waits_for_a_shaper():
     moving = resting(at=MIDDLE)
-    moving.jog((0.1, 0.0, 0.0))
-    shaper = moving.shaper
-    assert shaper == BY_PLACE.covering(None)
-    heights = [*driven(moving, 300)]
-    for velocity in ((0.0, 0.1, 0.0), (-0.1, 0.0, 0.05)):
+    for velocity in ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (-0.1, 0.0, 0.05)):
         moving.jog(velocity)
-        heights += [*driven(moving, 300)[1:]]
+        assert moving.shaper == BY_PLACE.covering(None)
+        run(moving, 0.3)
         assert moving.phase is MotionPhase.JOGGING
+    shaper = moving.shaper
     moving.stop()
-    heights += [*driven(moving)[1:]]
+    run_to_rest(moving)
     assert moving.shaper is shaper
-    assert within(np.array(heights))
+    assert moving.kept_limits
 
 
 def test_other_modes_are_in_force_from_the_next_rest_on():
-    moving = resting()
-    moving.move_to(NEAR)
-    driven(moving, 90)
+    moving = begun()
     first = moving.shaper
     moving.set_shaper(by_place(20.0, 20.0))
     assert moving.shaper_pending
-    driven(moving)
+    run_to_rest(moving)
     assert moving.shaper is first
     moving.move_to(LEFT)
     assert not moving.shaper_pending
@@ -262,7 +242,7 @@ ACROSS = (NEAR, (0.0, 0.05, 0.27), RIGHT)
 BEHIND = (ON_LEFT[-1], (0.0, 0.05, 0.27), RIGHT)
 
 
-@pytest.mark.parametrize("in_pieces", [False, True])
+@each_mode
 def test_a_path_has_one_shaper_for_all_of_it(in_pieces):
     durations = []
     for places in (ON_LEFT, ACROSS):
@@ -270,16 +250,14 @@ def test_a_path_has_one_shaper_for_all_of_it(in_pieces):
         moving = resting(at=places[0], in_pieces=in_pieces)
         moving.follow(path)
         moving.work(lambda: True)
-        heights = [*driven(moving, 2)]
+        run(moving, 2 * DT, ALL)
         shaper = moving.shaper
         assert shaper is not None
         durations.append(shaper.duration)
         while moving.phase is not MotionPhase.IDLE:
-            heights.append(moving.step(DT).heights)
-            moving.work(lambda: True)
+            run(moving, DT, ALL)
             assert moving.shaper == shaper
-        assert within(np.array(heights))
-        assert place(moving) == pytest.approx(places[-1], abs=1e-9)
+        assert_rests_at(moving, places[-1])
         motion = time_path(path, WORKSPACE, LIMITS, BY_PLACE)
         expected = Shaper.of(ShaperKind.EI, Mode(10.2, 0.03)) if places is ON_LEFT else shaper
         assert motion.shaper.duration == pytest.approx(expected.duration, rel=0.02)
@@ -287,53 +265,37 @@ def test_a_path_has_one_shaper_for_all_of_it(in_pieces):
     assert durations[0] == pytest.approx(1.0 / 10.2, rel=0.02)
 
 
-@pytest.mark.parametrize("in_pieces", [False, True])
+@each_mode
 def test_a_path_in_mid_motion_begins_with_its_own_shaper(in_pieces):
-    moving = resting(in_pieces=in_pieces)
-    moving.move_to(NEAR)
-    heights = [*driven(moving, 90)]
+    moving = begun(in_pieces=in_pieces)
     moving.follow(through(*ACROSS))
-    moving.work(lambda: True)
-    heights += [*driven(moving)[1:]]
-    assert within(np.array(heights))
-    assert place(moving) == pytest.approx(RIGHT, abs=1e-9)
+    run_to_rest(moving)
+    assert_rests_at(moving, RIGHT)
     assert moving.shaper == BY_PLACE.covering(held_of(moving).path.heights.driven.places())
 
 
-@pytest.mark.parametrize("in_pieces", [False, True])
+@each_mode
 @pytest.mark.parametrize("steps", [60, 200, 460])
 def test_a_path_that_gets_longer_waits_for_a_shaper_and_goes_on_where_it_was(in_pieces, steps):
     moving = resting(in_pieces=in_pieces)
     moving.follow(through(*ON_LEFT))
-    heights = [*driven(moving, steps)]
+    run(moving, steps * DT, ALL)
     moving.extend(through(*BEHIND))
     moving.work(lambda: True)
-    heights += [*driven(moving)[1:]]
-    assert within(np.array(heights))
-    assert place(moving) == pytest.approx(RIGHT, abs=1e-9)
+    run_to_rest(moving, pieces=ALL)
+    assert_rests_at(moving, RIGHT)
     assert len(moving.shaper.times) == 5
     # It has never gone back, nor left the path.
-    places = MACHINE.forward_batch(heights)
+    places = moving.places_since()
     whole = [*ON_LEFT, *BEHIND[1:]]
-    assert np.linalg.norm(places - nearest_on(whole, places), axis=1).max() < 0.003 + 1e-6
+    assert distance_from_polyline(places, np.array(whole)).max() < 0.003 + 1e-6
     for corner in whole:
         assert np.linalg.norm(places - corner, axis=1).min() < 0.0035
 
 
-def nearest_on(corners, places: np.ndarray) -> np.ndarray:
-    """Return of each place the nearest one on straight lines between corners."""
-    found = []
-    for begin, end in itertools.pairwise(np.array(corners)):
-        way = end - begin
-        part = np.clip((places - begin) @ way / (way @ way), 0.0, 1.0)
-        found.append(begin + part[:, np.newaxis] * way)
-    distances = np.linalg.norm(np.array(found) - places, axis=2)
-    return np.array(found)[distances.argmin(axis=0), np.arange(len(places))]
-
-
 def test_the_places_of_a_path_are_all_of_it():
-    moving = MotionEngine(WORKSPACE, LIMITS, kind=MotionKind.LINEAR)
-    moving.start(MACHINE.inverse(MIDDLE))
+    moving = resting(at=MIDDLE)
+    moving.set_shaper(None)
     path = PlatformPath.through([LEFT, RIGHT, (0.0, 0.08, 0.3)])
     moving.follow(path)
     held = held_of(moving)
@@ -346,51 +308,48 @@ def test_the_places_of_a_path_are_all_of_it():
     assert held_of(moving).places(MACHINE) is None
 
 
-def held_of(moving: MotionEngine) -> HeldMotion:
+def held_of(moving: RecordedEngine) -> HeldMotion:
     """Return what an engine holds."""
     holder: PlanHolder = moving._holder
     return holder.held
 
 
 @each_kind
-@pytest.mark.parametrize("in_pieces", [False, True])
+@each_mode
 @pytest.mark.parametrize("command", ["track", "jog"])
 def test_tracking_in_mid_motion_begins_with_a_shaper_for_wherever_it_leads(
     kind, in_pieces, command
 ):
-    moving = resting(kind, in_pieces=in_pieces)
-    moving.move_to(NEAR)
-    heights, first = [*driven(moving, 90)], moving.shaper
-    shapers = [first] * len(heights)
+    moving = begun(kind, in_pieces=in_pieces)
+    shapers = [moving.shaper] * len(moving.states)
     for step in range(1200):
         if step % 20 == 0 and command == "track":
             moving.track((-0.05 + 1e-4 * step, 0.0, 0.27), (0.1, 0.0, 0.0))
         elif step % 20 == 0:
             moving.jog((0.1, 0.0, 0.0) if step < 600 else (0.0, 0.1, 0.0))
         shapers.append(moving.shaper)
-        heights.append(moving.step(DT).heights)
-        moving.work(lambda: True)
+        run(moving, DT, ALL)
     assert moving.shaper == BY_PLACE.covering(None)
     changes = [step for step, pair in enumerate(itertools.pairwise(shapers)) if pair[0] != pair[1]]
     assert len(changes) == 1
     # It changed at rest, and then the motion went on.
-    speed = speeds(np.array(heights))
+    speed = speeds(moving.heights_since())
     assert speed[changes[0] - 5 : changes[0]].max() < 1e-3
     assert speed[changes[0] + 300 :].min() > 0.02
     if command == "track":
         assert moving.tracking_distance < 0.02
     moving.stop()
-    heights += [*driven(moving)[1:]]
-    assert within(np.array(heights))
+    run_to_rest(moving)
+    assert moving.kept_limits
 
 
 @each_kind
-@pytest.mark.parametrize("in_pieces", [False, True])
+@each_mode
 def test_whatever_is_commanded_the_limits_hold(kind, in_pieces):
     rng = random.Random(6)
     moving = resting(kind, in_pieces=in_pieces)
     others: list[Shaping | None] = [BY_PLACE, BY_PLACE, by_place(30.0, 12.0), None]
-    heights, shapers = [], [moving.shaper]
+    shapers = [moving.shaper]
     for _ in range(2000):
         event = rng.random()
         try:
@@ -406,12 +365,11 @@ def test_whatever_is_commanded_the_limits_hold(kind, in_pieces):
                 moving.set_shaper(rng.choice(others))
         except KinematicsError:
             pass
-        heights.append(moving.step(DT).heights)
+        moving.step(DT)
         if in_pieces:
-            left = iter(range(20))
-            moving.work(lambda left=left: next(left, None) is not None)
+            moving.work(more(20))
         shapers.append(moving.shaper)
-    assert within(np.array(heights))
+    assert moving.kept_limits
     assert sum(a is not b for a, b in itertools.pairwise(shapers)) > 5
 
 

@@ -6,6 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from motion_machine import distance_from_polyline
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import PlatformPath, polylines_of
@@ -19,15 +20,6 @@ PATH = (
     .arc_to((0.02, 0.06, 0.25), (0.0, 0.04, 0.25), tolerance=TOLERANCE)
     .arc_about(CENTRE, (0.0, 1.0, 0.0), 2.0 * pi)
 )
-
-
-def distances_from_lines(points, line):
-    """Return how far each point is from a polyline."""
-    starts, steps = line[:-1], np.diff(line, axis=0)
-    along = np.einsum("pij,ij->pi", points[:, np.newaxis] - starts, steps)
-    parts = np.clip(along / np.einsum("ij,ij->i", steps, steps), 0.0, 1.0)
-    nearest = starts + parts[..., np.newaxis] * steps
-    return np.linalg.norm(points[:, np.newaxis] - nearest, axis=2).min(axis=1)
 
 
 def test_the_programmed_one_has_the_corners_and_lies_on_lines_and_arcs():
@@ -44,8 +36,8 @@ def test_the_driven_one_is_the_path_as_driven_within_its_tolerance():
     programmed, driven = at_once(polylines_of(PATH.driven))
     ways = np.linspace(0.0, PATH.length, 2000)
     # Between two points a line is drawn.
-    assert distances_from_lines(PATH.position(ways), driven).max() < 5e-5
-    away = distances_from_lines(driven, programmed)
+    assert distance_from_polyline(PATH.position(ways), driven).max() < 5e-5
+    away = distance_from_polyline(driven, programmed)
     assert 0.3 * TOLERANCE < away.max() < TOLERANCE + 5e-5
     assert driven[0] == pytest.approx(programmed[0], abs=1e-12)
     assert driven[-1] == pytest.approx(programmed[-1], abs=1e-12)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from motion_machine import LIMITS, MACHINE
 
-from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
+from tri_glide_kinematics.motion.limits import AT_REST, SliderState
 from tri_glide_kinematics.motion.moves import LinearMotion
 from tri_glide_kinematics.motion.trajectory import CubicPlan, LinePlan, StraightLine
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
-LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
-MOTION = LinearMotion(TriGlide(DEFAULT_GEOMETRY))
+MOTION = LinearMotion(MACHINE)
 
 
 def assert_states_are_samples(plan: LinePlan) -> None:

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
+from motion_machine import MACHINE
 from timed_paths import random_path, seen
-
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -13,8 +12,7 @@ def test_derivatives_are_those_of_the_inverse_kinematics(seed):
     ways = 0.5 * (breaks[1:] + breaks[:-1])
     before, here, after = (curve.derivatives(ways + shift).heights for shift in (-step, 0, step))
     places = curve.driven.derivatives(ways, 0)[0]
-    machine = TriGlide(DEFAULT_GEOMETRY)
-    expected = np.array([machine.inverse(place) for place in places]).T
+    expected = np.array([MACHINE.inverse(place) for place in places]).T
     assert here[0] == pytest.approx(expected, abs=1e-14)
     for order in range(3):
         slopes = (after[order] - before[order]) / (2.0 * step)
