@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits as DriveLimits
     from tri_glide_kinematics.motion.engine.engine import MotionEngine as MotionEngine
     from tri_glide_kinematics.motion.engine.held_motion import HeldMotion as HeldMotion
+    from tri_glide_kinematics.motion.engine.held_motion import PathProgress as PathProgress
     from tri_glide_kinematics.motion.engine.held_motion import PlanRole as PlanRole
-    from tri_glide_kinematics.motion.engine.progress import PathProgress as PathProgress
     from tri_glide_kinematics.motion.engine.replanning import Replanning as Replanning
     from tri_glide_kinematics.motion.engine.tracker import Tracker as Tracker
 

@@ -19,9 +19,13 @@ from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
 from tri_glide_kinematics.motion.engine.commands import Follow, Jog, Move, NewLimits, Track
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.engine.execution import PlanExecution
-from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.held_motion import (
+    FollowedPath,
+    HeldMotion,
+    PathProgress,
+    PlanRole,
+)
 from tri_glide_kinematics.motion.engine.holder import PlanHolder
-from tri_glide_kinematics.motion.engine.progress import PathProgress
 from tri_glide_kinematics.motion.errors import NewerGoalError, NoPathError
 from tri_glide_kinematics.motion.limits import SampledPlan, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import MotionKind

@@ -29,18 +29,16 @@ import math
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan, TrackedStep, Trajectory
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
-
-if TYPE_CHECKING:
-    from tri_glide_kinematics.tri_glide import TriGlide
 
 
 class PlanRole(Enum):
@@ -240,3 +238,51 @@ class HeldMotion:
         if self.pending is not None:
             return True
         return self.role is PlanRole.EARLIER and time < self.plan.duration
+
+
+class PathProgress(NamedTuple):
+    """How far a path is driven.
+
+    Attributes:
+        segment: number of the present one, from 0.
+        way: driven from the start of the path [m].
+        way_remaining: to its end [m].
+        time_remaining: as far as it is planned; beyond that, at the mean speed of what is; NaN
+            where nothing of it is planned [s].
+        deviation: the largest distance from the path as programmed may be this, up to here [m].
+    """
+
+    segment: int
+    way: float
+    way_remaining: float
+    time_remaining: float
+    deviation: float
+
+
+def progress(heights: PathHeights, place: float, plan: Trajectory, time: float) -> PathProgress:
+    """Return how far the path is driven.
+
+    Args:
+        heights: on the path.
+        place: where the platform is, or left it [m].
+        plan: that is carried out.
+        time: that has passed in it [s].
+    """
+    driven = heights.driven
+    way = _way(heights, place)
+    remaining = max(plan.duration - time, 0.0)
+    left = driven.arc_length.total - way
+    if not isinstance(plan, PathPlan):
+        # It leads to where the path begins, or stands still on it.
+        remaining = math.nan if left > 0.0 else 0.0
+    elif plan.heights.driven is heights.driven and not plan.ends_path:
+        planned = _way(heights, plan.place(plan.duration)) - way
+        rest = left - planned
+        speed = planned / remaining if remaining > 0.0 else 0.0
+        remaining = remaining + rest / speed if speed > 0.0 else math.nan
+    segment = int(driven.segment_of(place))
+    return PathProgress(segment, way, left, remaining, driven.deviation_up_to(place))
+
+
+def _way(heights: PathHeights, place: float) -> float:
+    return float(heights.driven.ways(np.array([place]))[0])

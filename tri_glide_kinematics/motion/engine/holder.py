@@ -13,8 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
-from tri_glide_kinematics.motion.engine.progress import PathProgress, progress
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PathProgress, progress
 from tri_glide_kinematics.motion.errors import NotStartedError
 from tri_glide_kinematics.motion.limits import SampledPlan, SliderState
 from tri_glide_kinematics.motion.path import DrivenPath
