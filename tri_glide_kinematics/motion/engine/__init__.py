@@ -5,16 +5,16 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.engine.command import Command as Command
-    from tri_glide_kinematics.motion.engine.command import GoalCode as GoalCode
-    from tri_glide_kinematics.motion.engine.command import MotionPhase as MotionPhase
-    from tri_glide_kinematics.motion.engine.command import Outcome as Outcome
-    from tri_glide_kinematics.motion.engine.command import TargetKind as TargetKind
+    from tri_glide_kinematics.motion.engine.commands import Command as Command
     from tri_glide_kinematics.motion.engine.commands import Follow as Follow
+    from tri_glide_kinematics.motion.engine.commands import GoalCode as GoalCode
     from tri_glide_kinematics.motion.engine.commands import Jog as Jog
+    from tri_glide_kinematics.motion.engine.commands import MotionPhase as MotionPhase
     from tri_glide_kinematics.motion.engine.commands import Move as Move
     from tri_glide_kinematics.motion.engine.commands import NewLimits as NewLimits
+    from tri_glide_kinematics.motion.engine.commands import Outcome as Outcome
     from tri_glide_kinematics.motion.engine.commands import PathOutputs as PathOutputs
+    from tri_glide_kinematics.motion.engine.commands import TargetKind as TargetKind
     from tri_glide_kinematics.motion.engine.commands import Track as Track
     from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits as DriveLimits
     from tri_glide_kinematics.motion.engine.engine import MotionEngine as MotionEngine

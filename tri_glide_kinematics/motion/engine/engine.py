@@ -15,8 +15,15 @@ import numpy as np
 
 from tri_glide_kinematics.checks import finite_vector, member, non_negative
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
-from tri_glide_kinematics.motion.engine.commands import Follow, Jog, Move, NewLimits, Track
+from tri_glide_kinematics.motion.engine.commands import (
+    Command,
+    Follow,
+    Jog,
+    MotionPhase,
+    Move,
+    NewLimits,
+    Track,
+)
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.engine.execution import PlanExecution
 from tri_glide_kinematics.motion.engine.held_motion import (

@@ -13,7 +13,7 @@ from functools import partial
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
+from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
 from tri_glide_kinematics.motion.engine.holder import PlanHolder

@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
+from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan, TrackedStep, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.command import Command
+from tri_glide_kinematics.motion.engine.commands import Command
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
 from tri_glide_kinematics.motion.engine.replanning import Replanned
 from tri_glide_kinematics.motion.errors import SOUND, PlanTooLongError

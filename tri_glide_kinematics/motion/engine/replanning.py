@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.command import Command
+from tri_glide_kinematics.motion.engine.commands import Command
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits, stays_within
 from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError
