@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.path.arc_length import ArcLength as ArcLength
     from tri_glide_kinematics.motion.path.corners import ShapedCorners as ShapedCorners
+    from tri_glide_kinematics.motion.path.driven_path import ArcLength as ArcLength
     from tri_glide_kinematics.motion.path.driven_path import DrivenPath as DrivenPath
     from tri_glide_kinematics.motion.path.errors import ApartError as ApartError
     from tri_glide_kinematics.motion.path.errors import EmptyPathError as EmptyPathError
