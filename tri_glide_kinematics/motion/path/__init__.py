@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.errors import SegmentError as SegmentError
     from tri_glide_kinematics.motion.path.errors import ShortSegmentError as ShortSegmentError
     from tri_glide_kinematics.motion.path.errors import TooManySegmentsError as TooManySegmentsError
+    from tri_glide_kinematics.motion.path.piecewise_path import PathPolylines as PathPolylines
+    from tri_glide_kinematics.motion.path.piecewise_path import polylines_of as polylines_of
     from tri_glide_kinematics.motion.path.place_check import check_place as check_place
     from tri_glide_kinematics.motion.path.place_check import clearances as clearances
     from tri_glide_kinematics.motion.path.platform_path import PLACE_OF_ANGLE as PLACE_OF_ANGLE
@@ -24,8 +26,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.platform_path import PlatformPath as PlatformPath
     from tri_glide_kinematics.motion.path.platform_path import SegmentKind as SegmentKind
     from tri_glide_kinematics.motion.path.platform_path import polyline_from as polyline_from
-    from tri_glide_kinematics.motion.path.polylines import PathPolylines as PathPolylines
-    from tri_glide_kinematics.motion.path.polylines import polylines_of as polylines_of
     from tri_glide_kinematics.motion.path.segments import LARGEST_ANGLE as LARGEST_ANGLE
     from tri_glide_kinematics.motion.path.segments import LARGEST_PLACE as LARGEST_PLACE
     from tri_glide_kinematics.motion.path.segments import LARGEST_SPEED as LARGEST_SPEED
