@@ -28,6 +28,7 @@ from tri_glide_kinematics.interruptible import (
     concatenated,
     indices_of,
 )
+from tri_glide_kinematics.motion.errors import ApartError
 from tri_glide_kinematics.motion.path.corners import (
     LEAST_RATE,
     MAX_ROUNDS,
@@ -44,7 +45,6 @@ from tri_glide_kinematics.motion.path.corners import (
     widths_kept,
     widths_of,
 )
-from tri_glide_kinematics.motion.path.errors import ApartError
 from tri_glide_kinematics.motion.path.piecewise_path import PiecewisePath
 from tri_glide_kinematics.motion.path.segments import JOINED_WITHIN, Segments, check_count, joined
 from tri_glide_kinematics.vectors import FloatArray, Indices

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.errors import PathPlaceError
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.errors import PathPlaceError
 from tri_glide_kinematics.tri_glide import (
     ball_that_keeps,
     extreme_singular_values_batch,

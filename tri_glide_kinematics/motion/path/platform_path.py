@@ -17,13 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 from tri_glide_kinematics.checks import array_of_shape, finite, finite_array
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.interruptible import Interruptible, Kept, at_once, blocks
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.errors import (
+from tri_glide_kinematics.motion.errors import (
     ApartError,
     EmptyPathError,
     PathError,
     SegmentError,
 )
+from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.segments import (
     JOINED_WITHIN,
     LARGEST_ANGLE,

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
 from tri_glide_kinematics.errors import OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.interruptible import Interruptible, Kept, accumulated, concatenated
-from tri_glide_kinematics.motion.path.errors import (
+from tri_glide_kinematics.motion.errors import (
     NoArcError,
     RepeatedPointError,
     ShortSegmentError,
