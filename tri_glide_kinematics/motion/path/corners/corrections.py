@@ -6,7 +6,7 @@ break, where one of its coefficients jumps as a rounding begins, ends or passes 
 
 Roundings are sorted into layers. In a layer of two roundings the one that begins first also ends
 first. Those that taper off or swing out are put together of some, one inside the other
-(``wide_roundings``), each in a layer of its own.
+(``widths``), each in a layer of its own.
 """
 
 from __future__ import annotations

@@ -44,20 +44,14 @@ from tri_glide_kinematics.motion.path.corners.joints import (
     least_between,
     rooms_at,
 )
-from tri_glide_kinematics.motion.path.corners.wide_roundings import (
-    LOWER,
-    PARTS,
-    inner_parts,
-    swing_parts,
-    swung,
-    tapered,
-)
 from tri_glide_kinematics.motion.path.corners.widths import (
     CONVEX_BEND,
     LARGE_TURN,
     LARGEST_BEND,
+    LOWER,
     NEIGHBOURS,
     NONE_KEPT,
+    PARTS,
     SPARE,
     Weights,
     Widths,
@@ -66,8 +60,12 @@ from tri_glide_kinematics.motion.path.corners.widths import (
     excess_in_crowd,
     grown,
     halves_between,
+    inner_parts,
     is_too_far,
     reaches_over,
+    swing_parts,
+    swung,
+    tapered,
     widths_alone,
     widths_by_turns,
     widths_in_crowd,
@@ -487,7 +485,7 @@ def widths_behind(joints: RoundedJoints, kept: Widths, place: float) -> Interrup
     All others begin at the ``place`` [m] or behind it. A rounding that was known better, as no
     other overlapped it, they overlap at its outer half at most: there its deviation is convex. One
     that swings out they do not overlap. What swings out itself may overlap both, as in any path
-    (``wide_roundings``).
+    (``widths``).
     """
     ways = joints.ways[: len(kept.half_widths)]
     begin, first = place, 0
