@@ -275,6 +275,10 @@ class Replanned(NamedTuple):
     refusal: KinematicsError | None = None
 
 
+# Makes what is held next, from what is held and the time in it at which that begins [s].
+Making = Callable[[HeldMotion, float], Interruptible[Replanned]]
+
+
 class Replanning:
     """Makes the next value of what is held; times are counted from the start of its plan [s]."""
 

@@ -83,8 +83,8 @@ class Widths(NamedTuple):
         deviations: bound of the deviation of the path at each joint. Shape (m,) [m].
         single: whether a rounding overlapped no other when it was made. Shape (m,).
         tapers: how much of that part tapers off, from 0 to 1. Shape (m,).
-        swings: how far the rounding swings out to the other side, by its height; 0 if it does not
-           . Shape (m,).
+        swings: how far the rounding swings out to the other side, by its height; 0 if it does
+            not. Shape (m,).
         swing_widths: half width of the part that does; 0 where there is none. Shape (m,) [m].
     """
 
