@@ -1,6 +1,6 @@
 r"""The time-optimal speed along a path, as an optimisation over a quadratic spline.
 
-Over the parameter u of a path (``rest_map.py``) the unknown is $b(u) = \dot u^2$, a quadratic in
+Over the parameter u of a path (``grid.py``) the unknown is $b(u) = \dot u^2$, a quadratic in
 each cell with a continuous slope. With the heights $H(u)$ of a slider
 
 $$|H'| \sqrt b \le V, \quad |\tfrac12 H' b' + H'' b| \le A, \quad
