@@ -20,5 +20,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.workspace.tracing import Traced as Traced
     from tri_glide_kinematics.workspace.workspace import Workspace as Workspace
     from tri_glide_kinematics.workspace.workspace import edge_rings as edge_rings
+    from tri_glide_kinematics.workspace.workspace import outline as outline
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
