@@ -30,9 +30,9 @@ from tri_glide_kinematics.motion.engine.held_motion import (
     FollowedPath,
     HeldMotion,
     PathProgress,
+    PlanHolder,
     PlanRole,
 )
-from tri_glide_kinematics.motion.engine.holder import PlanHolder
 from tri_glide_kinematics.motion.errors import NewerGoalError, NoPathError
 from tri_glide_kinematics.motion.limits import SampledPlan, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import MotionKind

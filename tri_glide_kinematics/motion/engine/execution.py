@@ -15,8 +15,7 @@ from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
-from tri_glide_kinematics.motion.engine.holder import PlanHolder
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanHolder
 from tri_glide_kinematics.motion.engine.replacing import LeadTime, PlanReplacing
 from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning, stops_in_time
 from tri_glide_kinematics.motion.engine.shaped_plans import ShapedPlans

@@ -19,8 +19,7 @@ from functools import partial
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import Command
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
-from tri_glide_kinematics.motion.engine.holder import PlanHolder
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanHolder, PlanRole
 from tri_glide_kinematics.motion.engine.replanning import Making, Replanned, Replanning
 from tri_glide_kinematics.motion.engine.shaped_plans import ShapedPlans
 from tri_glide_kinematics.motion.errors import SOUND, PlanTooLongError

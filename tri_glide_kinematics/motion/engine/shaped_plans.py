@@ -12,8 +12,7 @@ from functools import partial
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
-from tri_glide_kinematics.motion.engine.holder import PlanHolder
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanHolder, PlanRole
 from tri_glide_kinematics.motion.engine.replanning import (
     Making,
     Replanned,
