@@ -44,15 +44,6 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import vector_text
 from tri_glide_kinematics.workspace import Workspace
 
-__all__ = [
-    "MotionEngine",
-    "MotionKind",
-    "MotionPhase",
-    "SampledPlan",
-    "SliderLimits",
-    "SliderState",
-]
-
 
 class MotionEngine:
     """Commanded state of the three sliders, stepped by a given time.
