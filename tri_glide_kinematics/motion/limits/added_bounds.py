@@ -22,7 +22,7 @@ from math import inf
 
 import numpy as np
 
-from tri_glide_kinematics.checks import finite_vector, positive
+from tri_glide_kinematics.checks import checked_vector, positive
 from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.errors import AddedBoundError
@@ -174,10 +174,7 @@ class ForceLimits(AddedBound):
             OutOfBoundsError: if a number is not greater than zero.
         """
         for name in ("up", "down"):
-            values = finite_vector(f"force_limit_{name}", getattr(self, name), 3)
-            checked = tuple(
-                positive(f"force_limit_{name}[{i}]", value, "N") for i, value in enumerate(values)
-            )
+            checked = checked_vector(f"force_limit_{name}", getattr(self, name), positive, "N")
             object.__setattr__(self, name, checked)
 
     def __eq__(self, other: object) -> bool:
