@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from math import ceil, dist
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +28,6 @@ from tri_glide_kinematics.interruptible import (
     concatenated,
     indices_of,
 )
-from tri_glide_kinematics.motion.errors import ApartError
 from tri_glide_kinematics.motion.path.corners import (
     LEAST_RATE,
     MAX_ROUNDS,
@@ -46,7 +45,7 @@ from tri_glide_kinematics.motion.path.corners import (
     widths_of,
 )
 from tri_glide_kinematics.motion.path.piecewise_path import PiecewisePath
-from tri_glide_kinematics.motion.path.segments import JOINED_WITHIN, Segments, check_count, joined
+from tri_glide_kinematics.motion.path.segments import Segments, check_count, check_joined, joined
 from tri_glide_kinematics.vectors import FloatArray, Indices
 from tri_glide_kinematics.wording import number_text
 
@@ -275,10 +274,7 @@ class DrivenPath(PiecewisePath):
             TooManySegmentsError: if they are too many together.
         """
         check_count(len(self.segments) + len(more))
-        end, start = self.segments.points[-1].tolist(), more.points[0].tolist()
-        distance = dist(end, start)
-        if not distance <= JOINED_WITHIN:
-            raise ApartError(end, start, distance, JOINED_WITHIN)
+        check_joined(self.segments, more)
         segments = yield from joined((self.segments, more))
         stays = self.stops[-1] - place < LEAST_ROOM
         stops = self.stops[1:] if stays else self.stops[1:-1]

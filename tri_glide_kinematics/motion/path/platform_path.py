@@ -18,14 +18,12 @@ from tri_glide_kinematics.checks import array_of_shape, finite, finite_array
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.interruptible import Interruptible, Kept, at_once, blocks
 from tri_glide_kinematics.motion.errors import (
-    ApartError,
     EmptyPathError,
     PathError,
     SegmentError,
 )
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.segments import (
-    JOINED_WITHIN,
     LARGEST_ANGLE,
     LARGEST_PLACE,
     LARGEST_SPEED,
@@ -37,6 +35,7 @@ from tri_glide_kinematics.motion.path.segments import (
     arc_through,
     check_coordinates,
     check_count,
+    check_joined,
     collected,
     coordinate_of,
     joined,
@@ -215,10 +214,7 @@ class PlatformPath:
             EmptyPathError: if one of them has no segment.
         """
         before, after = self.segments, other.segments
-        start = after.points[0].tolist()
-        distance = math.dist(self.end, start)
-        if not distance <= JOINED_WITHIN:
-            raise ApartError(self.end, start, distance, JOINED_WITHIN)
+        check_joined(before, after)
         return PlatformPath.of_segments(at_once(joined((before, after))))
 
     def reversed(self) -> PlatformPath:
