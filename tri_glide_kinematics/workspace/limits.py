@@ -19,7 +19,7 @@ from math import hypot, inf, sqrt
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import (
     array_of_shape,
@@ -30,7 +30,7 @@ from tri_glide_kinematics.checks import (
 )
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, Refusal
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text, unit_question, vector_text
 
 
@@ -490,7 +490,7 @@ class Overruns(NamedTuple):
     condition: FloatArray
 
     @property
-    def are_outside(self) -> NDArray[np.bool_]:
+    def are_outside(self) -> BoolArray:
         """Whether each row passes a limit by more than its tolerance. Shape (n,)."""
         are_inside = [values <= most for values, most in zip(self, OVERRUN_TOLERANCES)]
         return ~np.logical_and.reduce(are_inside)

@@ -17,7 +17,6 @@ from math import inf
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.checks import checked_vector, positive
 from tri_glide_kinematics.motion.errors import AddedBoundError
@@ -76,7 +75,7 @@ class SliderLimits:
         return cls((velocity,) * 3, (acceleration,) * 3, (jerk,) * 3)
 
     @cached_property
-    def table(self) -> NDArray[np.float64]:
+    def table(self) -> FloatArray:
         """Velocity, acceleration and jerk of all sliders; read-only. Shape (3, 3)."""
         table = np.array((self.velocity, self.acceleration, self.jerk))
         table.setflags(write=False)

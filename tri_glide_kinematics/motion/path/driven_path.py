@@ -46,7 +46,7 @@ from tri_glide_kinematics.motion.path.corners import (
 )
 from tri_glide_kinematics.motion.path.piecewise_path import PiecewisePath
 from tri_glide_kinematics.motion.path.segments import Segments, check_count, check_joined, joined
-from tri_glide_kinematics.vectors import FloatArray, Indices
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices
 from tri_glide_kinematics.wording import number_text
 
 # Nodes of the rule for spans on which the derivative of the curve changes by less than this.
@@ -394,7 +394,7 @@ class DrivenPath(PiecewisePath):
     def arc_length(self) -> Interruptible[ArcLength]:
         """The way driven over the way programmed."""
 
-        def without_bends(some: slice) -> tuple[FloatArray, NDArray[np.int8], NDArray[np.bool_]]:
+        def without_bends(some: slice) -> tuple[FloatArray, NDArray[np.int8], BoolArray]:
             turns = self.bounds_on(some).turns
             steps = np.diff(self.breaks[some.start : some.stop + 1])
             return steps, rules_for(turns), turns > 0.0
@@ -525,7 +525,7 @@ def _smaller(
     half_widths, ways = widths.half_widths, rounded.ways
     places = np.sort(slow)
 
-    def lowered(some: slice) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    def lowered(some: slice) -> tuple[FloatArray, FloatArray, BoolArray]:
         part, at = widths.part(some), ways[some]
         first = np.searchsorted(places, at - part.reaches)
         over = np.searchsorted(places, at + part.reaches, "right") > first

@@ -11,7 +11,7 @@ from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.interruptible import Interruptible, column_of
 from tri_glide_kinematics.motion.path.corners import lengths_of
@@ -357,6 +357,6 @@ def _ways(path: PiecewisePath, most: int) -> FloatArray:
     return ways[_evenly(len(ways), most)] if len(ways) > most else ways
 
 
-def _evenly(count: int, most: int) -> NDArray[np.intp]:
+def _evenly(count: int, most: int) -> Indices:
     """Return the indices of so many of ``count`` places at ``most``, both ends among them."""
     return np.linspace(0, count - 1, min(most, count)).round().astype(np.intp)

@@ -18,7 +18,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.limits import PathRows
 from tri_glide_kinematics.motion.path_timing.problem import CellHeights, CellLimits
@@ -29,7 +28,7 @@ from tri_glide_kinematics.motion.path_timing.speed_estimate import (
     samples,
 )
 from tri_glide_kinematics.motion.trajectory import PathHeights
-from tri_glide_kinematics.vectors import FloatArray, ascending
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, ascending
 
 # Way behind which the map has slope one, as a fraction of the width.
 REACH = 0.6
@@ -114,8 +113,6 @@ def _inverse(ways: FloatArray) -> FloatArray:
         x = np.clip(x - miss / np.maximum(slope, 1e-300), 0.0, 1.0)
     return np.asarray(x)
 
-
-BoolArray = NDArray[np.bool_]
 
 # Most cells of a window, and most pieces of the path that it looks at.
 MOST_CELLS = 300

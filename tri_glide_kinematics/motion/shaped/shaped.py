@@ -18,7 +18,6 @@ from math import ceil, hypot, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.errors import CutBendError, SliderLimitError
@@ -54,7 +53,7 @@ from tri_glide_kinematics.motion.trajectory import (
     joined_series,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, ascending
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 # Largest numbers of cells that are looked at together, and of copies in cells of a motion along a
@@ -289,7 +288,7 @@ class ShapedTrajectory(Trajectory):
 
     def mixed_series(
         self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    ) -> tuple[Series, BoolArray]:
         """Return Taylor series of the platform's position."""
         delays = self.shaper.times
         before = -np.subtract.outer(delays, times).ravel()
@@ -468,7 +467,7 @@ class ShapedTrajectory(Trajectory):
         return self.at(begin + time)
 
 
-def _between(lowest: FloatArray, highest: FloatArray, region: Workspace) -> NDArray[np.bool_]:
+def _between(lowest: FloatArray, highest: FloatArray, region: Workspace) -> BoolArray:
     """Return whether heights are inside the travel, for shapes (3,) or (3, n) [m]. Shape (n,)."""
     travel = region.limits
     inside = (lowest.T >= travel.lower_heights) & (highest.T <= travel.upper_heights)

@@ -19,7 +19,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.limits import (
@@ -36,7 +35,7 @@ from tri_glide_kinematics.motion.shaped.shaped import LimitBounds, ShapedTraject
 from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, Vector3, ascending
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Vector3, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 # Steps of a bisection: then an instant is known to rounding.
@@ -97,7 +96,7 @@ class SlowedPlan(Trajectory):
 
     def mixed_series(
         self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    ) -> tuple[Series, BoolArray]:
         """Return Taylor series of the other plan, composed with those of the time in it."""
         inside = np.clip(times, 0.0, self.duration)
         table = np.array((0.0, 1.0, 0.0, -1.0 / self.duration**2, 0.5 / self.duration**3))

@@ -8,7 +8,6 @@ from itertools import groupby
 from math import hypot, inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once, blocks
 from tri_glide_kinematics.motion.limits import (
@@ -35,7 +34,7 @@ from tri_glide_kinematics.motion.trajectory.curves import Curve, PathHeights, St
 from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart, TimeScaling
 from tri_glide_kinematics.motion.trajectory.trajectory import CELLS_AT_ONCE, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, ascending
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 
@@ -193,7 +192,7 @@ class CurvePlan(Trajectory):
 
     def mixed_series(
         self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    ) -> tuple[Series, BoolArray]:
         """Return Taylor series of the platform's position, in a blend of the slider heights."""
         way = self.way_series(times, half)
         return _mixed_series(self.curve, way, self.blend, machine, times, half)
@@ -226,7 +225,7 @@ def _mixed_series(
     machine: TriGlide,
     times: FloatArray,
     half: FloatArray,
-) -> tuple[Series, NDArray[np.bool_]]:
+) -> tuple[Series, BoolArray]:
     """Return Taylor series of the platform's position, in a blend of the slider heights."""
     series = composed(curve.place_series(way.values[0, 0], half * way.bounds[1, 0]), way)
     in_blend = np.zeros(len(times), dtype=bool)

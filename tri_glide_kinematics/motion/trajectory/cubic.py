@@ -8,7 +8,6 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.errors import SliderLimitError
 from tri_glide_kinematics.motion.limits import (
@@ -32,7 +31,7 @@ from tri_glide_kinematics.motion.trajectory.phases import (
 )
 from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Vector3
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 # Breakpoints of two sliders closer than this are one: a jerk this long is below rounding [s].
@@ -174,7 +173,7 @@ class CubicPlan(Trajectory):
 
     def mixed_series(
         self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    ) -> tuple[Series, BoolArray]:
         """Return Taylor series of the slider heights; at rest, of the platform's position."""
         if not self._rows:
             place = machine.forward_batch(np.array((self._final.heights,)))[0]
@@ -425,7 +424,7 @@ class TrackedStep(Trajectory):
 
     def mixed_series(
         self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    ) -> tuple[Series, BoolArray]:
         """Return Taylor series of the slider heights."""
         return self.as_cubic().mixed_series(machine, times, half)
 

@@ -14,7 +14,6 @@ from math import inf
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once, blocks
 from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError, SliderTravelError
@@ -32,7 +31,7 @@ from tri_glide_kinematics.motion.limits import (
     quartered,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, ascending
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices, ascending
 from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace import Traced, Workspace
 
@@ -113,7 +112,7 @@ class Trajectory(ABC):
     @abstractmethod
     def mixed_series(
         self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    ) -> tuple[Series, BoolArray]:
         """Return Taylor series in cells: of the slider heights, or of the platform's position.
 
         Args:
@@ -280,7 +279,7 @@ class SequencePlan(Trajectory):
 
     def mixed_series(
         self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    ) -> tuple[Series, BoolArray]:
         """Return Taylor series, each from the plan that it lies in."""
         shifted = times + self._skipped
         owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
@@ -300,11 +299,11 @@ class SequencePlan(Trajectory):
 
 def joined_series(
     plans: Sequence[Trajectory],
-    owner: NDArray[np.intp],
+    owner: Indices,
     machine: TriGlide,
     times: FloatArray,
     half: FloatArray,
-) -> tuple[Series, NDArray[np.bool_]]:
+) -> tuple[Series, BoolArray]:
     """Return Taylor series in cells, each of one of several plans; see ``Trajectory.mixed_series``.
 
     Args:

@@ -47,10 +47,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import BoolArray, FloatArray
 
 # Largest value of |E|, and factor of its convex bound, as parts of the square of w.
 LARGEST_BEND = 27.0 / 3072.0
@@ -90,15 +89,13 @@ class Widths(NamedTuple):
 
     half_widths: FloatArray
     deviations: FloatArray
-    single: NDArray[np.bool_]
+    single: BoolArray
     tapers: FloatArray
     swings: FloatArray
     swing_widths: FloatArray
 
     @classmethod
-    def of_hats(
-        cls, half_widths: FloatArray, deviations: FloatArray, single: NDArray[np.bool_]
-    ) -> Widths:
+    def of_hats(cls, half_widths: FloatArray, deviations: FloatArray, single: BoolArray) -> Widths:
         """Return widths of roundings that neither taper off nor swing out."""
         nothing = np.zeros(len(half_widths))
         return cls(half_widths, deviations, single, nothing, nothing, nothing)
@@ -159,7 +156,7 @@ def deviations_alone(joints: RoundedJoints, widths: FloatArray) -> FloatArray:
     return np.where(little, of_corner, of_corner + of_bend)
 
 
-def are_crowded(ways: FloatArray, widths: FloatArray) -> NDArray[np.bool_]:
+def are_crowded(ways: FloatArray, widths: FloatArray) -> BoolArray:
     """Return which roundings of these ``widths`` overlap others. Shape (m,)."""
     crowded = np.zeros(len(ways), dtype=bool)
     too_near = widths[1:] + widths[:-1] > np.diff(ways)
@@ -231,7 +228,7 @@ def excess_in_crowd(
     return np.asarray(added / (SHARE * joints.tolerances))
 
 
-def is_too_far(excess: FloatArray) -> NDArray[np.bool_]:
+def is_too_far(excess: FloatArray) -> BoolArray:
     """Return where deviations are larger than the tolerance, as parts of which they are given."""
     return np.asarray(excess > 1.0)
 
