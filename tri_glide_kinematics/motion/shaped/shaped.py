@@ -47,6 +47,7 @@ from tri_glide_kinematics.motion.shaped.bends import (
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
     LinePlan,
+    MixedSeries,
     PathPlan,
     Trajectory,
     close_to,
@@ -286,9 +287,7 @@ class ShapedTrajectory(Trajectory):
         knots = ascending(np.clip(knots, 0.0, self.duration))
         return knots[np.diff(knots, prepend=-1.0) > SAME_TIME]
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, BoolArray]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series of the platform's position."""
         delays = self.shaper.times
         before = -np.subtract.outer(delays, times).ravel()

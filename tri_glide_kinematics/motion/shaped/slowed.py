@@ -23,7 +23,6 @@ import numpy as np
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.limits import (
     SampledPlan,
-    Series,
     SliderLimits,
     SliderState,
     composed,
@@ -33,9 +32,9 @@ from tri_glide_kinematics.motion.limits import (
 from tri_glide_kinematics.motion.shaped.bends import DrivenPart
 from tri_glide_kinematics.motion.shaped.shaped import LimitBounds, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Shaper
-from tri_glide_kinematics.motion.trajectory import Trajectory
+from tri_glide_kinematics.motion.trajectory import MixedSeries, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import BoolArray, FloatArray, Vector3, ascending
+from tri_glide_kinematics.vectors import FloatArray, Vector3, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 # Steps of a bisection: then an instant is known to rounding.
@@ -94,9 +93,7 @@ class SlowedPlan(Trajectory):
             low, high = np.where(before, middle, low), np.where(before, high, middle)
         return ascending(np.concatenate(((0.0,), high * self.duration, (self.duration,))))
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, BoolArray]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series of the other plan, composed with those of the time in it."""
         inside = np.clip(times, 0.0, self.duration)
         table = np.array((0.0, 1.0, 0.0, -1.0 / self.duration**2, 0.5 / self.duration**3))

@@ -32,9 +32,9 @@ from tri_glide_kinematics.motion.trajectory.curve_bounds import (
 )
 from tri_glide_kinematics.motion.trajectory.curves import Curve, PathHeights, StraightLine
 from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart, TimeScaling
-from tri_glide_kinematics.motion.trajectory.trajectory import CELLS_AT_ONCE, Trajectory
+from tri_glide_kinematics.motion.trajectory.trajectory import CELLS_AT_ONCE, MixedSeries, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import BoolArray, FloatArray, ascending
+from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 
@@ -190,9 +190,7 @@ class CurvePlan(Trajectory):
             return knots
         return ascending(np.concatenate((knots, self.blend.knots())))
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, BoolArray]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series of the platform's position, in a blend of the slider heights."""
         way = self.way_series(times, half)
         return _mixed_series(self.curve, way, self.blend, machine, times, half)
@@ -225,7 +223,7 @@ def _mixed_series(
     machine: TriGlide,
     times: FloatArray,
     half: FloatArray,
-) -> tuple[Series, BoolArray]:
+) -> MixedSeries:
     """Return Taylor series of the platform's position, in a blend of the slider heights."""
     series = composed(curve.place_series(way.values[0, 0], half * way.bounds[1, 0]), way)
     in_blend = np.zeros(len(times), dtype=bool)

@@ -29,9 +29,9 @@ from tri_glide_kinematics.motion.trajectory.phases import (
     merged,
     total_duration,
 )
-from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory
+from tri_glide_kinematics.motion.trajectory.trajectory import MixedSeries, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import BoolArray, FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 # Breakpoints of two sliders closer than this are one: a jerk this long is below rounding [s].
@@ -171,9 +171,7 @@ class CubicPlan(Trajectory):
         coefficients[0, :, ended] = self._final.heights
         return polynomial(coefficients, half)
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, BoolArray]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series of the slider heights; at rest, of the platform's position."""
         if not self._rows:
             place = machine.forward_batch(np.array((self._final.heights,)))[0]
@@ -422,9 +420,7 @@ class TrackedStep(Trajectory):
         """Return where pieces begin, and the end [s]."""
         return self.as_cubic().knots()
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, BoolArray]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series of the slider heights."""
         return self.as_cubic().mixed_series(machine, times, half)
 

@@ -40,6 +40,10 @@ PARTS = np.linspace(0.0, 1.0, 65)
 
 Motion = TypeVar("Motion", bound="Trajectory")
 
+# Taylor series in cells, of slider heights or of the platform's position, and in which of the cells
+# they are of the heights.
+MixedSeries = tuple[Series, BoolArray]
+
 # Number of cells that are looked at between two breaks: that takes a millisecond at most.
 CELLS_AT_ONCE = 64
 
@@ -110,9 +114,7 @@ class Trajectory(ABC):
         """Return the ascending instants between which it is smooth, its end among them [s]."""
 
     @abstractmethod
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, BoolArray]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series in cells: of the slider heights, or of the platform's position.
 
         Args:
@@ -277,9 +279,7 @@ class SequencePlan(Trajectory):
         ]
         return ascending(np.concatenate(knots))
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, BoolArray]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series, each from the plan that it lies in."""
         shifted = times + self._skipped
         owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
@@ -303,7 +303,7 @@ def joined_series(
     machine: TriGlide,
     times: FloatArray,
     half: FloatArray,
-) -> tuple[Series, BoolArray]:
+) -> MixedSeries:
     """Return Taylor series in cells, each of one of several plans; see ``Trajectory.mixed_series``.
 
     Args:
