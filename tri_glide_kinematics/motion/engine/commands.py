@@ -115,6 +115,25 @@ class Execution(Protocol):
         """Put limits in force now, or slow down until that is possible; the shaper stays."""
 
 
+class Departure(NamedTuple):
+    """Where the plan of a command is to begin.
+
+    Attributes:
+        state: of the sliders.
+        limits: for all of the plan.
+        region: where the platform may be on its way.
+        moving: whether the sliders are in motion.
+        after: plan that leads from there to rest, after which the motion may begin; None if it may
+            not.
+    """
+
+    state: SliderState
+    limits: DriveLimits
+    region: Workspace
+    moving: bool
+    after: SequencePlan | None
+
+
 class Foresight(Protocol):
     """What knows where a tracked target will be, and which velocity will be wanted."""
 
@@ -219,16 +238,8 @@ class Command(ABC):
             KinematicsError: if it is refused at once.
         """
 
-    def planned(
-        self,
-        planner: MotionPlanner,
-        state: SliderState,
-        limits: DriveLimits,
-        region: Workspace,
-        moving: bool,
-        after: SequencePlan | None,
-    ) -> Interruptible[Trajectory]:
-        """Return a plan that leads there; the arguments are those of ``MotionPlanner.move``."""
+    def planned(self, planner: MotionPlanner, begin: Departure) -> Interruptible[Trajectory]:
+        """Return a plan that leads there from where it is to ``begin``."""
         raise NotImplementedError
 
     def wanted(self, tracker: Foresight, limits: DriveLimits, dt: float) -> Wanted:
@@ -298,16 +309,9 @@ class Move(Command):
             execution.workspace.check_position(self.position)
             execution.prepare_goal(self)
 
-    def planned(
-        self,
-        planner: MotionPlanner,
-        state: SliderState,
-        limits: DriveLimits,
-        region: Workspace,
-        moving: bool,
-        after: SequencePlan | None,
-    ) -> Interruptible[Trajectory]:
-        """Return a plan that leads there; the arguments are those of ``MotionPlanner.move``."""
+    def planned(self, planner: MotionPlanner, begin: Departure) -> Interruptible[Trajectory]:
+        """Return a plan that leads there from where it is to ``begin``."""
+        state, limits, region, moving, after = begin
         return planner.move(state, self.position, limits.effective, region, moving, after)
 
 
@@ -371,16 +375,9 @@ class Jog(Command):
         elif is_idle or not execution.go_over_to(self):
             execution.prepare_goal(self)
 
-    def planned(
-        self,
-        planner: MotionPlanner,
-        state: SliderState,
-        limits: DriveLimits,
-        region: Workspace,
-        moving: bool,
-        after: SequencePlan | None,
-    ) -> Interruptible[Trajectory]:
-        """Return a plan up to the edge; the arguments are those of ``MotionPlanner.jog``."""
+    def planned(self, planner: MotionPlanner, begin: Departure) -> Interruptible[Trajectory]:
+        """Return a plan up to the edge from where it is to ``begin``."""
+        state, limits, region, moving, _ = begin
         speed = self.speed * limits.speed_scale
         return planner.jog(state, self.direction, speed, limits.effective, region, moving)
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.commands import Command
+from tri_glide_kinematics.motion.engine.commands import Command, Departure
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits, stays_within
 from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError
@@ -458,7 +458,8 @@ class Replanning:
         state, moving = held.plan.at(time), time < held.plan.duration
         region = self._region(held, time)
         after = SequencePlan((held.plan,), time) if or_after else None
-        plan = yield from goal.planned(self._planner, state, limits, region, moving, after)
+        begin = Departure(state, limits, region, moving, after)
+        plan = yield from goal.planned(self._planner, begin)
         is_line = isinstance(plan, LinePlan) and not moving and goal.destination is not None
         quick = plan if is_line else None
         return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits, quick=quick)
