@@ -9,7 +9,7 @@ shorter in roundings, is the integral of |p'| (``ArcLength``), span by span.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from math import ceil
 from typing import NamedTuple
@@ -57,33 +57,21 @@ LARGEST_CHANGES = [change for change, _ in RULES[:-1]]
 NEWTON_STEPS = 5
 
 
+@dataclass(eq=False, repr=False)
 class ArcLength:
     """Arc length of a curve that is smooth between breaks.
 
     Attributes:
         breaks: of the parameter. Shape (k + 1,).
-        totals: arc lengths there. Shape (k + 1,) [m].
+        totals: arc lengths there, sums of the lengths before each break. Shape (k + 1,) [m].
+        kinds: which rule is for each span (``rules_for``). Shape (k,).
+        rates: returns the arc length per parameter, on spans, at parameters. Shape (n,).
     """
 
-    def __init__(
-        self,
-        breaks: FloatArray,
-        totals: FloatArray,
-        kinds: NDArray[np.int8],
-        rates: Callable[[Indices, FloatArray], FloatArray],
-    ) -> None:
-        """Take what was found for each span.
-
-        Args:
-            breaks: of the parameter. Shape (k + 1,).
-            totals: sums of the lengths before each break. Shape (k + 1,) [m].
-            kinds: which rule is for each span (``rules_for``). Shape (k,).
-            rates: returns the arc length per parameter, on spans, at parameters. Shape (n,).
-        """
-        self.breaks = breaks
-        self._kinds = kinds
-        self._rates = rates
-        self.totals = totals
+    breaks: FloatArray
+    totals: FloatArray
+    kinds: NDArray[np.int8]
+    rates: Callable[[Indices, FloatArray], FloatArray]
 
     @property
     def total(self) -> float:
@@ -104,13 +92,13 @@ class ArcLength:
         found = low + (high - low) * wanted / (end - start)
         for _ in range(NEWTON_STEPS):
             excess = self._integrals(spans, found) - wanted
-            found = np.clip(found - excess / self._rates(spans, found), low, high)
+            found = np.clip(found - excess / self.rates(spans, found), low, high)
         return np.asarray(found)
 
     def _integrals(self, spans: Indices, parameters: FloatArray) -> FloatArray:
         """Return the arc lengths from the breaks where ``spans`` begin to ``parameters``."""
         starts = self.breaks[spans]
-        return integrals(self._rates, spans, self._kinds[spans], starts, parameters - starts)
+        return integrals(self.rates, spans, self.kinds[spans], starts, parameters - starts)
 
 
 def rules_for(changes: FloatArray) -> NDArray[np.int8]:
@@ -202,8 +190,9 @@ class DeviationsPassed(NamedTuple):
     left: FloatArray
 
 
+@dataclass(eq=False, repr=False)
 class DrivenPath(PiecewisePath):
-    """The path as driven, over the programmed way s; see ``PiecewisePath``.
+    """The path as driven, over the programmed way s; see ``PiecewisePath``. Use ``of``.
 
     Attributes:
         stops: ascending ways at which the platform has to stop, both ends included [m].
@@ -212,20 +201,10 @@ class DrivenPath(PiecewisePath):
         shaped: how corners are driven with a shaper; None without one.
     """
 
-    def __init__(
-        self,
-        spans: PiecewisePath,
-        stops: FloatArray,
-        rounded: RoundedJoints,
-        widths: Widths,
-        shaped: ShapedCorners | None,
-    ) -> None:
-        """Use ``of``."""
-        super().__init__(spans.segments, spans.breaks, spans.table, spans.segment)
-        self.stops = stops
-        self.rounded = rounded
-        self.widths = widths
-        self.shaped = shaped
+    stops: FloatArray
+    rounded: RoundedJoints
+    widths: Widths
+    shaped: ShapedCorners | None
 
     def __repr__(self) -> str:
         """Return how many segments it has, where it stops, and how far it deviates."""
@@ -311,7 +290,7 @@ class DrivenPath(PiecewisePath):
             if not (yield from _differ(smaller, widths)):
                 break
             widths = smaller
-        return cls(spans, stops, rounded, widths, shaped)
+        return cls(segments, breaks, table, segment, stops, rounded, widths, shaped)
 
     @property
     def tolerances(self) -> FloatArray:

@@ -7,6 +7,7 @@ arc or a helix, that is added to it. For whoever draws a path, it becomes points
 from __future__ import annotations
 
 from bisect import bisect_right
+from dataclasses import dataclass
 from math import cos, sin
 from typing import NamedTuple
 
@@ -53,6 +54,7 @@ class SpanBounds(NamedTuple):
         return np.where(rounded, self.changes + self.angles, 0.0)
 
 
+@dataclass(eq=False, repr=False)
 class PiecewisePath:
     """Position of the platform over the programmed way s, with derivatives.
 
@@ -66,20 +68,15 @@ class PiecewisePath:
         segment: index of the segment of each span. Shape (k,).
     """
 
-    def __init__(
-        self,
-        segments: Segments,
-        breaks: FloatArray,
-        table: FloatArray,
-        segment: Indices,
-    ) -> None:
-        """Take what the attributes are."""
-        self.segments = segments
-        self.joints = segments.joints
-        self.breaks = breaks
-        self.table = table
-        self.segment = segment
-        self._breaks_view = breaks.data
+    segments: Segments
+    breaks: FloatArray
+    table: FloatArray
+    segment: Indices
+
+    def __post_init__(self) -> None:
+        """Take what is asked for in each cycle."""
+        self.joints = self.segments.joints
+        self._breaks_view = self.breaks.data
 
     @property
     def length(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -346,6 +347,7 @@ class StraightPlan(CubicPlan):
         )
 
 
+@dataclass(eq=False, repr=False, slots=True)
 class TrackedStep(Trajectory):
     """A certified plan: one step, then a braking to rest.
 
@@ -356,34 +358,16 @@ class TrackedStep(Trajectory):
         start: state in which the step begins.
         after: state after the step.
         period: of the step [s].
-        duration: time from the start until all sliders rest [s].
+        ways: phases of each slider, of the step and of the braking.
+        duration: of the longest way: time from the start until all sliders rest [s].
     """
 
-    __slots__ = ("_cubic", "_ways", "after", "duration", "period", "start")
-
-    def __init__(
-        self,
-        start: SliderState,
-        after: SliderState,
-        period: float,
-        ways: Sequence[Phases],
-        duration: float,
-    ) -> None:
-        """Store what was certified.
-
-        Args:
-            start: state in which the step begins.
-            after: state after the step.
-            period: of the step [s].
-            ways: phases of each slider, of the step and of the braking.
-            duration: of the longest way [s].
-        """
-        self.start = start
-        self.after = after
-        self.period = period
-        self.duration = duration
-        self._ways = ways
-        self._cubic: CubicPlan | None = None
+    start: SliderState
+    after: SliderState
+    period: float
+    ways: Sequence[Phases]
+    duration: float
+    _cubic: CubicPlan | None = field(default=None, init=False)
 
     @property
     def ends_at_rest(self) -> bool:
@@ -395,7 +379,7 @@ class TrackedStep(Trajectory):
     def as_cubic(self) -> CubicPlan:
         """Return all of the plan in pieces of constant jerk."""
         if self._cubic is None:
-            self._cubic = CubicPlan(self.start, self._ways)
+            self._cubic = CubicPlan(self.start, self.ways)
         return self._cubic
 
     def at(self, time: float) -> SliderState:
