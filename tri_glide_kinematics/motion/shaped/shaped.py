@@ -178,21 +178,6 @@ class ShapedTrajectory(Trajectory):
         shaper: its impulses.
     """
 
-    __slots__ = (
-        "_acceleration",
-        "_arms",
-        "_begins",
-        "_cells",
-        "_extremes",
-        "_extremes_for",
-        "_final",
-        "_impulses",
-        "_machine",
-        "driven",
-        "duration",
-        "shaper",
-    )
-
     def __init__(self, machine: TriGlide, shaper: Shaper, driven: Sequence[DrivenPart]) -> None:
         """Shape the motion of a ``machine``."""
         self._machine = machine

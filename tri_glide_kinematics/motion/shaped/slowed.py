@@ -51,8 +51,6 @@ class SlowedPlan(Trajectory):
         duration: time until it rests; of the other plan half of that is driven [s].
     """
 
-    __slots__ = ("_begin", "_machine", "_plan", "duration")
-
     def __init__(self, machine: TriGlide, plan: Trajectory, begin: float, duration: float) -> None:
         """Slow down a ``plan`` of a ``machine`` from a time ``begin`` in it on [s]."""
         self._machine = machine

@@ -48,20 +48,6 @@ class CurvePlan(Trajectory):
         blend: slider offsets that lead from the motion before onto the curve, or None.
     """
 
-    __slots__ = (
-        "_end",
-        "_ends",
-        "_final",
-        "_row",
-        "_rows",
-        "_starts",
-        "_table",
-        "blend",
-        "curve",
-        "duration",
-        "scaling",
-    )
-
     def __init__(self, curve: Curve, scaling: TimeScaling, blend: CubicPlan | None = None) -> None:
         """Prepare the plan; the time scaling ends at rest or is continued, the blend ends at zero.
 
@@ -298,8 +284,6 @@ class LinePlan(CurvePlan):
         line: where the platform moves.
     """
 
-    __slots__ = ("line",)
-
     def __init__(
         self, line: StraightLine, scaling: TimeScaling, blend: CubicPlan | None = None
     ) -> None:
@@ -337,8 +321,6 @@ class PathPlan(CurvePlan):
         continue_at: when the next part should begin; at the end of this one if that is a stop [s].
         ends_path: whether it leads to the end of the path.
     """
-
-    __slots__ = ("continue_at", "ends_path", "heights")
 
     def __init__(
         self, heights: PathHeights, scaling: TimeScaling, continue_at: float = inf

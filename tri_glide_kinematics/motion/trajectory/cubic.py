@@ -49,18 +49,6 @@ class CubicPlan(Trajectory):
         pieces: height, velocity, acceleration and jerk where each piece begins. Shape (4, k, 3).
     """
 
-    __slots__ = (
-        "_final",
-        "_final_platform",
-        "_row",
-        "_rows",
-        "_starts",
-        "duration",
-        "lengths",
-        "pieces",
-        "starts",
-    )
-
     def __init__(self, initial: SliderState, jerks: Sequence[Phases]) -> None:
         """Integrate the jerks.
 
@@ -279,8 +267,6 @@ class StraightPlan(CubicPlan):
     Attributes:
         length: way of the leading slider [m].
     """
-
-    __slots__ = ("_directions", "_heights", "length")
 
     def __init__(self, heights: Vector3, ratios: Vector3, phases: Phases) -> None:
         """Integrate the phases.

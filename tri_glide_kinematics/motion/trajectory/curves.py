@@ -145,23 +145,6 @@ class StraightLine:
         start_bends: second derivatives of the heights at the start. Shape (3,) [1/m].
     """
 
-    __slots__ = (
-        "_arm_lengths",
-        "_numbers",
-        "_rises",
-        "_tilts",
-        "arms",
-        "curvature",
-        "direction",
-        "known_inside",
-        "length",
-        "slope",
-        "start",
-        "start_bends",
-        "start_heights",
-        "start_slopes",
-    )
-
     def __init__(
         self,
         geometry: TriGlideGeometry,

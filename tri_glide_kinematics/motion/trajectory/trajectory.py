@@ -205,8 +205,6 @@ class Trajectory(ABC):
 class SequencePlan(Trajectory):
     """One plan after the other; each ends where the next begins, and the last one at rest."""
 
-    __slots__ = ("_ends", "_plans", "_skipped", "duration")
-
     def __init__(self, plans: Sequence[Trajectory], skipped: float = 0.0) -> None:
         """Join the ``plans``, of whose first one ``skipped`` seconds are past already."""
         first, *others = plans
