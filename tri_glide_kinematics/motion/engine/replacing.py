@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -63,44 +63,31 @@ class LeadTime:
         self._taken.append(taken)
 
 
+@dataclass(eq=False, repr=False)
 class Preparation:
     """What is held next, in the making.
 
     Attributes:
         goal: that it leads to; None if it is not made for a new one.
-        start: time in the held plan at which it begins [s].
         held: from which it is made.
+        start: time in the held plan at which it begins, not before now [s].
         lead_time: is told how long it takes.
         ready: what is held next, once that is known.
     """
 
-    def __init__(
-        self,
-        making: Making,
-        goal: Command | None,
-        held: HeldMotion,
-        time: float,
-        start: float,
-        lead_time: LeadTime,
-    ) -> None:
-        """Begin with it.
+    _making: Making
+    goal: Command | None
+    held: HeldMotion
+    # Now, in the held plan [s].
+    _begun: float
+    start: float
+    lead_time: LeadTime
+    ready: Replanned | None = None
 
-        Args:
-            making: makes it.
-            goal: that it leads to; None if it is not made for a new one.
-            held: what is held.
-            time: now, in the held plan [s].
-            start: when it begins, not before now [s].
-            lead_time: is told how long it takes.
-        """
-        self.goal = goal
-        self.lead_time = lead_time
-        self._making = making
-        self.held = held
-        self._begun = time
-        self._lead = start - time
-        self.ready: Replanned | None = None
-        self._begin_at(start)
+    def __post_init__(self) -> None:
+        """Begin with it."""
+        self._lead = self.start - self._begun
+        self._begin_at(self.start)
 
     def _begin_at(self, start: float) -> None:
         # At the end of the held plan the sliders rest, and go on resting for as long as it takes.
@@ -201,6 +188,7 @@ RETRY_INTERVAL = 0.008
 URGENT_PIECES = 7
 
 
+@dataclass(eq=False, repr=False)
 class PlanReplacing:
     """Prepares at most one plan, and holds it when it begins.
 
@@ -221,29 +209,21 @@ class PlanReplacing:
             a step of tracking.
     """
 
-    def __init__(
-        self,
-        holder: PlanHolder,
-        replanning: Replanning,
-        shaped_plans: ShapedPlans,
-        in_pieces: bool,
-    ) -> None:
-        """Prepare for what ``holder`` holds."""
-        self.holder = holder
-        self.replanning = replanning
-        self.shaped_plans = shaped_plans
-        self.in_pieces = in_pieces
-        self.tracks = False
-        self.preparation: Preparation | None = None
-        self.last_step = 0.0
-        self.retry_at = math.inf
-        self.event_at = math.inf
-        self.lead_time = LeadTime()
-        self.path_lead_time = LeadTime()
-        # All of a path is looked at before it is followed, or goes on.
-        self._goal_lead_time = LeadTime()
-        self._refusal: KinematicsError | None = None
-        self.when_taken: Callable[[Preparation, bool], None] = lambda *_: None
+    holder: PlanHolder
+    replanning: Replanning
+    shaped_plans: ShapedPlans
+    in_pieces: bool
+    tracks: bool = False
+    preparation: Preparation | None = None
+    last_step: float = 0.0
+    retry_at: float = math.inf
+    event_at: float = math.inf
+    lead_time: LeadTime = field(default_factory=LeadTime)
+    path_lead_time: LeadTime = field(default_factory=LeadTime)
+    # All of a path is looked at before it is followed, or goes on.
+    _goal_lead_time: LeadTime = field(default_factory=LeadTime)
+    _refusal: KinematicsError | None = None
+    when_taken: Callable[[Preparation, bool], None] = lambda *_: None
 
     @property
     def goal_in_preparation(self) -> Command | None:

@@ -53,6 +53,7 @@ from tri_glide_kinematics.wording import vector_text
 ADDED_TOGETHER = 300
 
 
+@dataclass(eq=False, repr=False)
 class PlatformPath:
     """Lines, arcs and helices, one after the other, and how they are driven.
 
@@ -61,23 +62,17 @@ class PlatformPath:
     as driven farther from the path as programmed. With the tolerance 0 the platform stops there,
     unless the joint is smooth; it also stops in corners that turn back. (docs/paths.md)
 
+    Use ``start``, ``through`` and what adds a segment to make one.
+
     Attributes:
         end: where the path ends. Shape (3,) [m].
         count: number of segments.
     """
 
-    def __init__(
-        self,
-        end: Vector3,
-        count: int,
-        previous: PlatformPath | None = None,
-        part: Segment | Segments | None = None,
-    ) -> None:
-        """Use ``start``, ``through`` and what adds a segment instead."""
-        self.end = end
-        self.count = count
-        self._previous = previous
-        self._part = part
+    end: Vector3
+    count: int
+    _previous: PlatformPath | None = None
+    _part: Segment | Segments | None = None
 
     def __repr__(self) -> str:
         """Return how many segments it has and where it ends."""
