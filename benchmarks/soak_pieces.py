@@ -35,7 +35,7 @@ from tri_glide_kinematics.motion import (
     MotionEngine,
     PlatformSpeedLimit,
 )
-from tri_glide_kinematics.motion.engine import preparation
+from tri_glide_kinematics.motion.engine import replacing
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace
@@ -202,18 +202,18 @@ def _total(cost: Cost) -> float:
 @contextmanager
 def timing(cost: Cost) -> Iterator[None]:
     """Let each plan that is begun add the processor time of its pieces to a ``cost``."""
-    begin_at = preparation.Preparation._begin_at
+    begin_at = replacing.Preparation._begin_at
 
-    def begun(making: preparation.Preparation, start: float) -> None:
+    def begun(making: replacing.Preparation, start: float) -> None:
         begin_at(making, start)
         cost.plans.append([])
         making._computation = timed(making._computation, cost.plans[-1])
 
-    preparation.Preparation._begin_at = begun  # type: ignore[method-assign, assignment]
+    replacing.Preparation._begin_at = begun  # type: ignore[method-assign, assignment]
     try:
         yield
     finally:
-        preparation.Preparation._begin_at = begin_at  # type: ignore[method-assign]
+        replacing.Preparation._begin_at = begin_at  # type: ignore[method-assign]
 
 
 def _command(
@@ -254,7 +254,7 @@ def plan_moves(count: int, seed: int) -> int:
     Returns:
         Exit code: 1 if the most work of a plan refuses too many of them.
     """
-    most, preparation.MOST_PIECES = preparation.MOST_PIECES, UNBOUNDED
+    most, replacing.MOST_PIECES = replacing.MOST_PIECES, UNBOUNDED
     costs = [move(seed * count + number) for number in range(count)]
     planned = sorted((each for each in costs if not each.refused), key=lambda each: each.most[1])
     took = np.array([each.most for each in planned])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from enum import Enum
 from typing import TypeVar
 
@@ -148,6 +148,21 @@ def finite_vector(name: str, values: Iterable[float], size: int) -> tuple[float,
         for index, number in enumerate(numbers):
             finite(f"{name}[{index}]", number)
     return numbers
+
+
+def checked_vector(
+    name: str, values: Iterable[float], check: Callable[[str, float, str], float], unit: str
+) -> tuple[float, float, float]:
+    """Return three ``values`` that pass a ``check``, as that of ``positive``, one by one.
+
+    Raises:
+        WrongShapeError: if there are more or fewer than three.
+        NotFiniteError: if one of them is NaN or infinite.
+        OutOfBoundsError: as the check does; it is named by its index.
+    """
+    numbers = finite_vector(name, values, 3)
+    x, y, z = (check(f"{name}[{i}]", value, unit) for i, value in enumerate(numbers))
+    return x, y, z
 
 
 def array_of_shape(

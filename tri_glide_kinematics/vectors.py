@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 Point = tuple[float, float]
 Vector3 = tuple[float, float, float]
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
 
@@ -60,7 +61,7 @@ def ascending(numbers: FloatArray) -> FloatArray:
     return np.asarray(ordered[is_new])
 
 
-def are_among(numbers: FloatArray, others: FloatArray) -> NDArray[np.bool_]:
+def are_among(numbers: FloatArray, others: FloatArray) -> BoolArray:
     """Return which of some ``numbers`` are also among ``others``, as np.isin does.
 
     It loads no module either.

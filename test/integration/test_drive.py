@@ -20,7 +20,6 @@ from tri_glide_kinematics.programs import (
     RunState,
     load_kept,
 )
-from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 from tri_glide_kinematics.ros.starting import executable
 

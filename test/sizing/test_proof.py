@@ -7,8 +7,7 @@ import pytest
 
 from tri_glide_kinematics.dynamics import Masses
 from tri_glide_kinematics.sizing import Box, some_places
-from tri_glide_kinematics.sizing.fields import Cells, Loads
-from tri_glide_kinematics.sizing.proof import largest_over, quartered
+from tri_glide_kinematics.sizing.fields import Cells, Loads, largest_over, quartered
 from tri_glide_kinematics.sizing.wish import level_box, nearest_inside
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlideGeometry
 from tri_glide_kinematics.workspace import Cylinder

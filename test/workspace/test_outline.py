@@ -10,8 +10,7 @@ from strategies import DEFAULT_LIMITS, is_inside, random_geometry
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
-from tri_glide_kinematics.workspace import TOLERANCE, Cylinder, Workspace
-from tri_glide_kinematics.workspace.outline import outline
+from tri_glide_kinematics.workspace import TOLERANCE, Cylinder, Workspace, outline
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 LOWER, UPPER = (-0.05, -0.03, 0.2), (0.07, 0.06, 0.35)

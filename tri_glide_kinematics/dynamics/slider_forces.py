@@ -20,7 +20,7 @@ from math import copysign
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import array_of_shape, finite_vector, positive, three_floats
 from tri_glide_kinematics.dynamics import batch
@@ -339,7 +339,7 @@ class SliderForces:
 
     def forces_batch(
         self, heights: ArrayLike, velocities: ArrayLike, accelerations: ArrayLike
-    ) -> NDArray[np.float64]:
+    ) -> FloatArray:
         """Return the forces for many motions of the sliders; else as ``forces``.
 
         Args:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import array_of_shape, non_negative, positive
 from tri_glide_kinematics.motion.limits import QUANTITIES, SliderLimits
@@ -33,12 +33,12 @@ class CommandStream:
             Shape (n, 3) [m/s, m/s^2, m/s^3].
     """
 
-    times: NDArray[np.float64]
-    heights: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    accelerations: NDArray[np.float64]
-    jerks: NDArray[np.float64]
-    roundings: NDArray[np.float64]
+    times: FloatArray
+    heights: FloatArray
+    velocities: FloatArray
+    accelerations: FloatArray
+    jerks: FloatArray
+    roundings: FloatArray
 
     @classmethod
     def from_heights(
@@ -73,7 +73,7 @@ class CommandStream:
             if count > 1:
                 positive("period", periods[1:].min(), "s")
             times = np.asarray(np.cumsum(periods) - periods[:1], dtype=np.float64)
-        derivatives: list[NDArray[np.float64]] = [rows]
+        derivatives: list[FloatArray] = [rows]
         roundings = np.zeros((count, 3))
         wrong = np.full(count, rounding)
         spans = np.zeros(count)

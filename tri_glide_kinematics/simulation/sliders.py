@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from math import ceil
 from typing import NamedTuple
 
-from tri_glide_kinematics.checks import finite_vector, positive
+from tri_glide_kinematics.checks import checked_vector, positive
 from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3, minus, plus, three
@@ -61,8 +61,7 @@ class PositionControl:
             OutOfBoundsError: if a number is not greater than zero.
         """
         for name, unit in (("stiffness", "N/m"), ("damping", "N s/m")):
-            values = finite_vector(name, getattr(self, name), 3)
-            checked = tuple(positive(f"{name}[{i}]", each, unit) for i, each in enumerate(values))
+            checked = checked_vector(name, getattr(self, name), positive, unit)
             object.__setattr__(self, name, checked)
 
 

@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import array_of_shape
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.sizing.fields import Cells
-from tri_glide_kinematics.sizing.proof import quartered
+from tri_glide_kinematics.sizing.fields import Cells, quartered
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import ROUNDING, Workspace, slacks
 

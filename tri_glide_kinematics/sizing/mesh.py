@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.sizing.extents import ends_over, height_ranges, level_corners
 from tri_glide_kinematics.sizing.fields import Cells
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import BoolArray, FloatArray
 from tri_glide_kinematics.workspace import Workspace
 
 IndexArray = NDArray[np.int64]
@@ -107,13 +107,13 @@ def surface(workspace: Workspace, cells: int = CELLS) -> Mesh:
     return Mesh(vertices, triangles)
 
 
-def _are_inside(workspace: Workspace, places: FloatArray) -> NDArray[np.bool_]:
+def _are_inside(workspace: Workspace, places: FloatArray) -> BoolArray:
     low, high = height_ranges(workspace, places)
     return np.asarray(high - low > THINNEST)
 
 
 def _cut_out(
-    workspace: Workspace, corners: FloatArray, inside: NDArray[np.bool_], step: float
+    workspace: Workspace, corners: FloatArray, inside: BoolArray, step: float
 ) -> tuple[FloatArray, list[IndexArray]]:
     """Return the places of a cut grid and the polygons of its cells, counter-clockwise.
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from tri_glide_kinematics.checks import member
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.sizing.proof import TIGHTNESS
+from tri_glide_kinematics.sizing.fields import TIGHTNESS
 from tri_glide_kinematics.sizing.sizing import (
     DEMANDS,
     Needs,

@@ -15,8 +15,7 @@ import numpy as np
 
 from tri_glide_kinematics.dynamics import Masses
 from tri_glide_kinematics.motion import SliderLimits
-from tri_glide_kinematics.sizing.fields import Cells, Loads
-from tri_glide_kinematics.sizing.proof import TIGHTNESS, Extremes, largest_over
+from tri_glide_kinematics.sizing.fields import TIGHTNESS, Cells, Extremes, Loads, largest_over
 from tri_glide_kinematics.sizing.wish import (
     Box,
     Demand,

@@ -16,7 +16,6 @@ from math import acos, cos, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.vectors import FloatArray, Vector3, cross, dot
 
@@ -44,8 +43,8 @@ def extreme_singular_values(matrix: Matrix3) -> tuple[float, float]:
 
 
 def extreme_singular_values_batch(
-    matrices: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    matrices: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
     """Return the same for many matrices.
 
     Args:
@@ -158,7 +157,7 @@ def _largest_singular_value(a: Vector3, b: Vector3, c: Vector3) -> float:
     return sqrt(mean + 2.0 * spread * cos(acos(max(-1.0, min(1.0, cosine))) / 3.0))
 
 
-def _largest_batch(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _largest_batch(rows: FloatArray) -> FloatArray:
     """Return the same for ``rows`` of shape (3, 3, n)."""
     diagonal = np.einsum("ijn,ijn->in", rows, rows)
     others = np.einsum("ijn,ijn->in", rows, rows[[1, 2, 0]])

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Sequence
 from math import hypot, inf, isfinite, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import array_of_shape, three_floats
 from tri_glide_kinematics.equal_numbers import first_smallest
@@ -28,7 +28,7 @@ from tri_glide_kinematics.tri_glide.conditioning import (
     extreme_singular_values_batch,
 )
 from tri_glide_kinematics.tri_glide.geometry import TriGlideGeometry
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text, unit_question, vector_text
 
 
@@ -439,7 +439,7 @@ class TriGlide:
         largest, smallest = self.singular_values(position)
         return largest / smallest if smallest > 0.0 else inf
 
-    def inverse_batch(self, positions: ArrayLike) -> NDArray[np.float64]:
+    def inverse_batch(self, positions: ArrayLike) -> FloatArray:
         """Return the slider heights of many positions.
 
         Args:
@@ -457,7 +457,7 @@ class TriGlide:
             return batch.filled(batch.inverse_loop, rows, constants, single_mode)
         return batch.inverse_batch(constants, rows, single_mode=single_mode)
 
-    def forward_batch(self, heights: ArrayLike) -> NDArray[np.float64]:
+    def forward_batch(self, heights: ArrayLike) -> FloatArray:
         """Return the platform positions of many slider heights.
 
         Args:
@@ -474,7 +474,7 @@ class TriGlide:
             return batch.filled(batch.forward_loop, rows, self._forward_constants)
         return batch.forward_batch(self._forward_constants, rows)
 
-    def condition_number_batch(self, positions: ArrayLike) -> NDArray[np.float64]:
+    def condition_number_batch(self, positions: ArrayLike) -> FloatArray:
         """Return the condition number of the Jacobian of many positions, as for a map.
 
         Args:

@@ -29,7 +29,7 @@ from motion_machine import (
 from testing.pieces import timed
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformSpeedLimit
-from tri_glide_kinematics.motion.engine import preparation, replanning
+from tri_glide_kinematics.motion.engine import replacing, replanning
 from tri_glide_kinematics.motion.errors import PlanTooLongError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import MotionKind
@@ -100,7 +100,7 @@ def test_a_sooner_plan_that_takes_too_many_pieces_is_tried_once(monkeypatch):
         return made(*arguments)
 
     monkeypatch.setattr(replanning.Replanning, "sooner", counted)
-    monkeypatch.setattr(preparation, "MOST_PIECES", 40)
+    monkeypatch.setattr(replacing, "MOST_PIECES", 40)
     moving = engine(MotionKind.LINEAR)
     moving.move_to(TARGET)
     run(moving, 1.0, pieces=0)
@@ -361,7 +361,7 @@ def test_a_plan_that_takes_too_many_pieces_is_refused_with_what_makes_it_long(mo
     limits = LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.01))
     moving = engine(in_pieces=True, limits=limits)
     moving.set_shaper(SHAPER)
-    monkeypatch.setattr(preparation, "MOST_PIECES", 6)
+    monkeypatch.setattr(replacing, "MOST_PIECES", 6)
     moving.move_to(TARGET)
     pieces = 1
     while moving.preparing:
@@ -395,11 +395,11 @@ def test_what_goes_on_for_ever_is_given_up_after_so_much_work():
 
     held = engine(in_pieces=True)._holder.held
     times: list[float] = []
-    made = preparation.Preparation(
-        lambda *each: timed(making(*each), times), None, held, 0.0, 0.0, preparation.LeadTime()
+    made = replacing.Preparation(
+        lambda *each: timed(making(*each), times), None, held, 0.0, 0.0, replacing.LeadTime()
     )
     made.work(lambda: True)
     assert made.ready == replanning.Replanned(held)
-    assert tried == [0] * preparation.MOST_PIECES + [1, 2]
+    assert tried == [0] * replacing.MOST_PIECES + [1, 2]
     # It is so, too, where somebody looks at how long the pieces take.
     assert len(times) == len(tried) + 1

@@ -10,7 +10,7 @@ from motion_machine import HOME, LIMITS, OTHER, TARGET, WORKSPACE, each_kind
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.engine import HeldMotion, Jog, Move, PlanRole, Replanning
-from tri_glide_kinematics.motion.engine.command import MotionPhase
+from tri_glide_kinematics.motion.engine.commands import MotionPhase
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import MotionKind

@@ -39,7 +39,7 @@ from tri_glide_kinematics.motion import (
     time_path,
 )
 from tri_glide_kinematics.motion.engine import HeldMotion
-from tri_glide_kinematics.motion.engine.holder import PlanHolder
+from tri_glide_kinematics.motion.engine.held_motion import PlanHolder
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperByPlace, ShaperKind, Shaping
 from tri_glide_kinematics.simulation import PlatformMode, SimulatedSwing, SwingModel
 from tri_glide_kinematics.vectors import Vector3

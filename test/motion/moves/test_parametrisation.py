@@ -7,7 +7,7 @@ import pytest
 
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import parametrise
-from tri_glide_kinematics.motion.moves.parametrisation import SpeedNorm
+from tri_glide_kinematics.motion.moves.line_timing import SpeedNorm
 from tri_glide_kinematics.motion.trajectory import CoordinateProfile, StraightLine
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.motion.path_timing.rest_map import RestMap
+from tri_glide_kinematics.motion.path_timing.grid import RestMap
 
 MAPS = [
     RestMap(0.0, 0.1, 0.02, 0.03),

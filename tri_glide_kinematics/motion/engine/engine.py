@@ -15,13 +15,24 @@ import numpy as np
 
 from tri_glide_kinematics.checks import finite_vector, member, non_negative
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
-from tri_glide_kinematics.motion.engine.commands import Follow, Jog, Move, NewLimits, Track
+from tri_glide_kinematics.motion.engine.commands import (
+    Command,
+    Follow,
+    Jog,
+    MotionPhase,
+    Move,
+    NewLimits,
+    Track,
+)
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.engine.execution import PlanExecution
-from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
-from tri_glide_kinematics.motion.engine.holder import PlanHolder
-from tri_glide_kinematics.motion.engine.progress import PathProgress
+from tri_glide_kinematics.motion.engine.held_motion import (
+    FollowedPath,
+    HeldMotion,
+    PathProgress,
+    PlanHolder,
+    PlanRole,
+)
 from tri_glide_kinematics.motion.errors import NewerGoalError, NoPathError
 from tri_glide_kinematics.motion.limits import SampledPlan, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
@@ -32,15 +43,6 @@ from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import vector_text
 from tri_glide_kinematics.workspace import Workspace
-
-__all__ = [
-    "MotionEngine",
-    "MotionKind",
-    "MotionPhase",
-    "SampledPlan",
-    "SliderLimits",
-    "SliderState",
-]
 
 
 class MotionEngine:

@@ -13,19 +13,17 @@ from functools import partial
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
+from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion
-from tri_glide_kinematics.motion.engine.holder import PlanHolder
-from tri_glide_kinematics.motion.engine.preparation import LeadTime
-from tri_glide_kinematics.motion.engine.progress import PathMeasuring
-from tri_glide_kinematics.motion.engine.replacing import PlanReplacing
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanHolder
+from tri_glide_kinematics.motion.engine.replacing import LeadTime, PlanReplacing
 from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning, stops_in_time
 from tri_glide_kinematics.motion.engine.shaped_plans import ShapedPlans
 from tri_glide_kinematics.motion.engine.tracker import Tracking
 from tri_glide_kinematics.motion.errors import SOUND, NotStartedError
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
+from tri_glide_kinematics.motion.path import ArcLength, DrivenPath
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.tracking import MovingTarget
 from tri_glide_kinematics.motion.trajectory import Trajectory
@@ -38,6 +36,26 @@ PROVED_STOP = 0.024
 
 # At first it is expected that a plan that is sooner at the end of a line takes so long [s].
 SOONER_IN = 0.02
+
+
+class PathMeasuring:
+    """Measures one path after the other; the motion does not need their lengths."""
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self._under_way: tuple[DrivenPath, Interruptible[ArcLength]] | None = None
+
+    def work(self, driven: DrivenPath | None, may_go_on: Callable[[], bool]) -> None:
+        """Go on with the length of a path, unless it is known, while ``may_go_on``."""
+        if driven is None or driven.is_measured:
+            self._under_way = None
+            return
+        if self._under_way is None or self._under_way[0] is not driven:
+            self._under_way = driven, driven.measured()
+        _, measuring = self._under_way
+        for _ in measuring:
+            if not may_go_on():
+                return
 
 
 class PlanExecution:

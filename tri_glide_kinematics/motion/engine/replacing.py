@@ -1,5 +1,9 @@
 """Lets the next plan take the place of the held one: at most one is prepared at a time.
 
+While it is being made the held plan goes on. It begins at a setpoint that is known already, a
+little ahead. If it is not ready by then, it is begun anew from a later one; what was done before is
+lost, so more time is allowed.
+
 What could not be done at once is tried again: a braking that would break a limit just now, and
 limits that the motion cannot keep yet.
 """
@@ -7,23 +11,176 @@ limits that the motion cannot keep yet.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.command import Command
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
-from tri_glide_kinematics.motion.engine.holder import PlanHolder
-from tri_glide_kinematics.motion.engine.preparation import (
-    LeadTime,
-    Making,
-    Preparation,
-    only_held,
-)
-from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning
+from tri_glide_kinematics.motion.engine.commands import Command
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanHolder, PlanRole
+from tri_glide_kinematics.motion.engine.replanning import Making, Replanned, Replanning
 from tri_glide_kinematics.motion.engine.shaped_plans import ShapedPlans
+from tri_glide_kinematics.motion.errors import SOUND, PlanTooLongError
+
+# How many plans are remembered, to know how long the next one may take.
+REMEMBERED = 8
+
+# The next plan gets more time than any of them took, by this factor.
+MARGIN = 1.5
+
+# After a plan was not ready in time, the next attempt gets more time by this factor.
+MORE_TIME = 2.0
+
+# A plan takes so many pieces at most, about 0.3 s of processor time: of 10,000 random moves at most
+# ten need more (``python -m benchmarks.soak_pieces --moves 10000``). Along a path, whose pieces are
+# shorter, it takes twice as many, and one more for each segment of a new one. They are counted, so
+# that each computer decides alike.
+MOST_PIECES = 1100
+
+# Two times that differ by less are the same: rounding [s].
+SAME_TIME = 1e-9
+
+
+class LeadTime:
+    """How far ahead the next plan begins: as long as the last ones took, in time of the engine.
+
+    It is 0 where plans are ready before the next step, and otherwise some whole steps: so a plan
+    begins with a setpoint, and new limits are in force from a setpoint on.
+    """
+
+    def __init__(self) -> None:
+        """Expect that plans are ready at once."""
+        self._taken: deque[float] = deque(maxlen=REMEMBERED)
+
+    def after(self, step: float) -> float:
+        """Return the time, in whole steps of a length ``step`` if that is known [s]."""
+        time = MARGIN * max(self._taken, default=0.0)
+        return in_steps(time, step) if step else time
+
+    def note(self, taken: float) -> None:
+        """Note how long a plan took [s]."""
+        self._taken.append(taken)
+
+
+@dataclass(eq=False, repr=False)
+class Preparation:
+    """What is held next, in the making.
+
+    Attributes:
+        goal: that it leads to; None if it is not made for a new one.
+        held: from which it is made.
+        start: time in the held plan at which it begins, not before now [s].
+        lead_time: is told how long it takes.
+        ready: what is held next, once that is known.
+    """
+
+    _making: Making
+    goal: Command | None
+    held: HeldMotion
+    # Now, in the held plan [s].
+    _begun: float
+    start: float
+    lead_time: LeadTime
+    ready: Replanned | None = None
+
+    def __post_init__(self) -> None:
+        """Begin with it."""
+        self._lead = self.start - self._begun
+        self._begin_at(self.start)
+
+    def _begin_at(self, start: float) -> None:
+        # At the end of the held plan the sliders rest, and go on resting for as long as it takes.
+        self.start = min(start, max(self.held.rests_at, self._begun))
+        self._computation = self._making(self.held, self.start)
+        self._pieces = 0
+
+    @property
+    def begins_at_rest(self) -> bool:
+        """Whether it begins where the sliders rest, so that it is never too late for it."""
+        return self.start >= self.held.rests_at
+
+    def has_begun(self, time: float) -> bool:
+        """Return whether it has begun at a ``time`` in the held plan [s]."""
+        return time > self.start - SAME_TIME
+
+    def is_due(self, time: float, step: float) -> bool:
+        """Return whether it begins in the ``step`` [s] that is next, at a ``time`` [s].
+
+        Where it begins at rest it begins with a whole step, so that new limits do.
+        """
+        if self.begins_at_rest:
+            return self.has_begun(time)
+        return time + step > self.start + SAME_TIME
+
+    def elapsed(self, time: float) -> float:
+        """Return how much of it is past at a ``time`` in the held plan, where it is due [s]."""
+        return 0.0 if self.begins_at_rest else time - self.start
+
+    def work(self, may_go_on: Callable[[], bool]) -> None:
+        """Go on with it, by one piece at least, until it is ready or may not go on.
+
+        Where it takes too many pieces, what is searched for just then is given up, and each other
+        way after one piece: so what would do without, as a braking does, still is found.
+
+        Raises:
+            KinematicsError: if there is no plan.
+        """
+        while self.ready is None:
+            try:
+                with SOUND:
+                    if self._pieces < self._most_pieces:
+                        next(self._computation)
+                    else:
+                        self._computation.throw(self._too_long())
+            except StopIteration as end:
+                self.ready = end.value
+            else:
+                self._pieces += 1
+                if not may_go_on():
+                    return
+
+    @property
+    def _most_pieces(self) -> int:
+        goal = self.goal
+        is_path = self.held.path is not None or (goal is not None and goal.path is not None)
+        return (2 if is_path else 1) * MOST_PIECES + (goal.size if goal is not None else 0)
+
+    def _too_long(self) -> PlanTooLongError:
+        limits = self.held.pending or self.held.limits
+        causes = [bound.name for bound in limits.sliders.added]
+        if limits.shaper is not None:
+            causes.insert(0, "a shaper")
+        if not self.begins_at_rest:
+            causes.append("a start in motion")
+        return PlanTooLongError(self._most_pieces, causes)
+
+    def begin_anew(self, time: float, step: float) -> None:
+        """Begin at a later setpoint, as it was not ready in time.
+
+        Args:
+            time: now, in the held plan [s].
+            step: time between two setpoints [s].
+        """
+        self._begun = time
+        self._lead = in_steps(MORE_TIME * max(self._lead, step), step)
+        self._begin_at(time + self._lead)
+
+    def note_time(self, time: float) -> None:
+        """Note that it is ready at a ``time`` [s]: what counts is since it was last begun."""
+        self.lead_time.note(max(time - self._begun, 0.0))
+
+
+def in_steps(time: float, step: float) -> float:
+    """Return ``time``, rounded up to whole steps of a length ``step`` [s]."""
+    return math.ceil(time / step - SAME_TIME) * step
+
+
+def only_held(computation: Interruptible[HeldMotion]) -> Interruptible[Replanned]:
+    """Return what a ``computation`` makes, as something that refuses no goal."""
+    return Replanned((yield from computation))
+
 
 # Time of motion [s] after which a plan that could not be made at once is tried again.
 RETRY_INTERVAL = 0.008
@@ -32,6 +189,7 @@ RETRY_INTERVAL = 0.008
 URGENT_PIECES = 7
 
 
+@dataclass(eq=False, repr=False)
 class PlanReplacing:
     """Prepares at most one plan, and holds it when it begins.
 
@@ -52,29 +210,21 @@ class PlanReplacing:
             a step of tracking.
     """
 
-    def __init__(
-        self,
-        holder: PlanHolder,
-        replanning: Replanning,
-        shaped_plans: ShapedPlans,
-        in_pieces: bool,
-    ) -> None:
-        """Prepare for what ``holder`` holds."""
-        self.holder = holder
-        self.replanning = replanning
-        self.shaped_plans = shaped_plans
-        self.in_pieces = in_pieces
-        self.tracks = False
-        self.preparation: Preparation | None = None
-        self.last_step = 0.0
-        self.retry_at = math.inf
-        self.event_at = math.inf
-        self.lead_time = LeadTime()
-        self.path_lead_time = LeadTime()
-        # All of a path is looked at before it is followed, or goes on.
-        self._goal_lead_time = LeadTime()
-        self._refusal: KinematicsError | None = None
-        self.when_taken: Callable[[Preparation, bool], None] = lambda *_: None
+    holder: PlanHolder
+    replanning: Replanning
+    shaped_plans: ShapedPlans
+    in_pieces: bool
+    tracks: bool = False
+    preparation: Preparation | None = None
+    last_step: float = 0.0
+    retry_at: float = math.inf
+    event_at: float = math.inf
+    lead_time: LeadTime = field(default_factory=LeadTime)
+    path_lead_time: LeadTime = field(default_factory=LeadTime)
+    # All of a path is looked at before it is followed, or goes on.
+    _goal_lead_time: LeadTime = field(default_factory=LeadTime)
+    _refusal: KinematicsError | None = None
+    when_taken: Callable[[Preparation, bool], None] = lambda *_: None
 
     @property
     def goal_in_preparation(self) -> Command | None:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.command import Command
+from tri_glide_kinematics.motion.engine.commands import Command, Departure
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits, stays_within
 from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError
@@ -78,7 +78,11 @@ def stops_in_time(held: HeldMotion, state: SliderState, time_to_rest: float) -> 
 
 
 class PathReplanning:
-    """Makes the next value of what is held, where a path is the goal."""
+    """Makes the next value of what is held, where a path is the goal.
+
+    Attributes:
+        parts: plans the parts of paths, and motions along them.
+    """
 
     def __init__(self, workspace: Workspace, planner: MotionPlanner, braking: Braking) -> None:
         """Prepare for paths inside ``workspace``.
@@ -91,7 +95,7 @@ class PathReplanning:
         self._workspace = workspace
         self._machine = workspace.machine
         self._planner = planner
-        self._paths = PathPlanner(workspace)
+        self.parts = PathPlanner(workspace)
         self._braking = braking
 
     def with_path(
@@ -118,7 +122,7 @@ class PathReplanning:
 
     def _begun(self, held: HeldMotion, path: PlatformPath) -> Interruptible[FollowedPath]:
         limits, shaper = held.limits.effective, held.limits.shaper
-        return FollowedPath((yield from self._paths.begun(path, limits, shaper)))
+        return FollowedPath((yield from self.parts.begun(path, limits, shaper)))
 
     def on_path(
         self,
@@ -163,7 +167,7 @@ class PathReplanning:
             approach = yield from self._planner.line(state, begin, limits.effective, region)
             return self._leading(approach, goal, path, region, limits)
         scaled = yield from self._with_speeds(path.heights, place, limits)
-        next_plan = yield from self._paths.from_rest(scaled, place, limits.effective)
+        next_plan = yield from self.parts.from_rest(scaled, place, limits.effective)
         return self._leading(next_plan, goal, path, self._workspace, limits)
 
     @staticmethod
@@ -180,45 +184,25 @@ class PathReplanning:
         self, plan: PathPlan, heights: PathHeights, time: float, limits: DriveLimits
     ) -> Interruptible[PathPlan]:
         scaled = yield from self._with_speeds(heights, plan.place(time), limits)
-        return (yield from self._paths.going_on(plan, scaled, time, limits.effective))
+        return (yield from self.parts.going_on(plan, scaled, time, limits.effective))
 
     def _with_speeds(
         self, heights: PathHeights, place: float, limits: DriveLimits
     ) -> Interruptible[PathHeights]:
         scale, shaper, cut = limits.of_path_speeds, limits.shaper, limits.cut
         return (
-            yield from self._paths.with_speeds(heights, place, scale, limits.effective, shaper, cut)
+            yield from self.parts.with_speeds(heights, place, scale, limits.effective, shaper, cut)
         )
 
     def braked(self, held: HeldMotion, plan: PathPlan, time: float) -> Interruptible[HeldMotion]:
         """Return ``held`` with a plan that comes to rest soon on the path of its ``plan``."""
         try:
-            braking = yield from self._paths.brake(plan, time, held.limits.effective)
+            braking = yield from self.parts.brake(plan, time, held.limits.effective)
         except KinematicsError:
             return replace(held, role=PlanRole.EARLIER)
         if NEARLY * braking.duration >= plan.duration - time:
             return replace(held, role=PlanRole.BRAKES)
         return replace(held, plan=braking, role=PlanRole.BRAKES)
-
-    def braking_along(
-        self, plan: PathPlan, time: float, limits: DriveLimits, longest: float
-    ) -> Interruptible[PathPlan]:
-        """Return a plan that comes to rest on the path of a ``plan``, found at once or not at all.
-
-        Args:
-            plan: that is carried out.
-            time: when the braking begins, in the ``plan`` [s].
-            limits: that it keeps.
-            longest: time that it may take [s].
-
-        Raises:
-            KinematicsError: if none is found.
-        """
-        return (yield from self._paths.brake_hard(plan, time, limits.effective, longest))
-
-    def sooner(self, plan: LinePlan, time: float, limits: SliderLimits) -> Interruptible[LinePlan]:
-        """Return a motion that is sooner at the end of a line; see ``PathPlanner.sooner``."""
-        return self._paths.sooner(plan, time, limits)
 
     def _extended(
         self, held: HeldMotion, time: float, goal: Command, path: PlatformPath
@@ -259,7 +243,7 @@ class PathReplanning:
     def _longer(
         self, before: FollowedPath, path: PlatformPath, place: float
     ) -> Interruptible[FollowedPath]:
-        heights = yield from self._paths.extended(before.heights, path, place)
+        heights = yield from self.parts.extended(before.heights, path, place)
         return replace(before, heights=heights)
 
 
@@ -273,6 +257,10 @@ class Replanned(NamedTuple):
 
     held: HeldMotion
     refusal: KinematicsError | None = None
+
+
+# Makes what is held next, from what is held and the time in it at which that begins [s].
+Making = Callable[[HeldMotion, float], Interruptible[Replanned]]
 
 
 class Replanning:
@@ -389,7 +377,7 @@ class Replanning:
         if not stays or is_tracked:
             pass
         elif isinstance(plan, PathPlan):
-            along = partial(self._paths.braking_along, plan, time, held.limits)
+            along = partial(self._paths.parts.brake_hard, plan, time, held.limits.effective)
         elif self._kind is MotionKind.LINEAR or isinstance(plan, LinePlan):
             along = partial(stopping.along_line, state, limits, region)
         try:
@@ -470,7 +458,8 @@ class Replanning:
         state, moving = held.plan.at(time), time < held.plan.duration
         region = self._region(held, time)
         after = SequencePlan((held.plan,), time) if or_after else None
-        plan = yield from goal.planned(self._planner, state, limits, region, moving, after)
+        begin = Departure(state, limits, region, moving, after)
+        plan = yield from goal.planned(self._planner, begin)
         is_line = isinstance(plan, LinePlan) and not moving and goal.destination is not None
         quick = plan if is_line else None
         return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits, quick=quick)
@@ -481,7 +470,7 @@ class Replanning:
         assert isinstance(plan, LinePlan)
         if time < plan.duration:
             try:
-                sooner = yield from self._paths.sooner(plan, time, held.limits.effective)
+                sooner = yield from self._paths.parts.sooner(plan, time, held.limits.effective)
                 return Replanned(replace(held, plan=sooner))
             except KinematicsError:
                 # A break here would be given up where the plan takes too many pieces.

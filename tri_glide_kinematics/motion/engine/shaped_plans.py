@@ -11,11 +11,14 @@ from functools import partial
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.command import Command, MotionPhase
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
-from tri_glide_kinematics.motion.engine.holder import PlanHolder
-from tri_glide_kinematics.motion.engine.preparation import Making
-from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning, longest_stop
+from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanHolder, PlanRole
+from tri_glide_kinematics.motion.engine.replanning import (
+    Making,
+    Replanned,
+    Replanning,
+    longest_stop,
+)
 from tri_glide_kinematics.motion.moves import inside
 from tri_glide_kinematics.motion.shaped import DrivenPart, Planned, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Shaping

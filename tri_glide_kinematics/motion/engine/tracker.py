@@ -14,17 +14,17 @@ from functools import partial
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.command import Command
+from tri_glide_kinematics.motion.engine.commands import Command
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
-from tri_glide_kinematics.motion.engine.preparation import (
+from tri_glide_kinematics.motion.engine.replacing import (
+    RETRY_INTERVAL,
     SAME_TIME,
     LeadTime,
-    Making,
+    PlanReplacing,
     Preparation,
 )
-from tri_glide_kinematics.motion.engine.replacing import RETRY_INTERVAL, PlanReplacing
-from tri_glide_kinematics.motion.engine.replanning import Replanned
+from tri_glide_kinematics.motion.engine.replanning import Making, Replanned
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.shaped import Planned
 from tri_glide_kinematics.motion.shaping import Shaper

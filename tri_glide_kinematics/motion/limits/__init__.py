@@ -5,8 +5,11 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.motion.limits.force_limits import CannotHoldError as CannotHoldError
-    from tri_glide_kinematics.motion.limits.force_limits import ForceLimits as ForceLimits
+    from tri_glide_kinematics.motion.limits.added_bounds import CannotHoldError as CannotHoldError
+    from tri_glide_kinematics.motion.limits.added_bounds import ForceLimits as ForceLimits
+    from tri_glide_kinematics.motion.limits.added_bounds import (
+        PlatformSpeedLimit as PlatformSpeedLimit,
+    )
     from tri_glide_kinematics.motion.limits.limits import EDGE_CLEARANCE as EDGE_CLEARANCE
     from tri_glide_kinematics.motion.limits.limits import QUANTITIES as QUANTITIES
     from tri_glide_kinematics.motion.limits.limits import RELATIVE_ROUNDING as RELATIVE_ROUNDING
@@ -17,9 +20,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.limits.limits import SeenParts as SeenParts
     from tri_glide_kinematics.motion.limits.limits import SliderLimits as SliderLimits
     from tri_glide_kinematics.motion.limits.limits import UsedParts as UsedParts
-    from tri_glide_kinematics.motion.limits.platform_speed import (
-        PlatformSpeedLimit as PlatformSpeedLimit,
-    )
     from tri_glide_kinematics.motion.limits.series import ORDERS as ORDERS
     from tri_glide_kinematics.motion.limits.series import SHORTEST_CELL as SHORTEST_CELL
     from tri_glide_kinematics.motion.limits.series import Series as Series

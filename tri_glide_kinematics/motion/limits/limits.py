@@ -10,16 +10,15 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tri_glide_kinematics.checks import finite_vector, positive
+from tri_glide_kinematics.checks import checked_vector, positive
 from tri_glide_kinematics.motion.errors import AddedBoundError
 from tri_glide_kinematics.motion.limits.series import Series, polynomial, position_of
 from tri_glide_kinematics.motion.limits.setpoint import SliderState
@@ -67,11 +66,7 @@ class SliderLimits:
             OutOfBoundsError: if a number is not greater than zero.
         """
         for name, unit in QUANTITIES:
-            values: Sequence[float] = getattr(self, name)
-            checked = tuple(
-                positive(f"{name}[{i}]", value, unit)
-                for i, value in enumerate(finite_vector(name, values, 3))
-            )
+            checked = checked_vector(name, getattr(self, name), positive, unit)
             object.__setattr__(self, name, checked)
 
     @classmethod
@@ -80,7 +75,7 @@ class SliderLimits:
         return cls((velocity,) * 3, (acceleration,) * 3, (jerk,) * 3)
 
     @cached_property
-    def table(self) -> NDArray[np.float64]:
+    def table(self) -> FloatArray:
         """Velocity, acceleration and jerk of all sliders; read-only. Shape (3, 3)."""
         table = np.array((self.velocity, self.acceleration, self.jerk))
         table.setflags(write=False)

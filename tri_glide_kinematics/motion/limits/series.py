@@ -12,11 +12,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, blocks
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import BoolArray, FloatArray
 
 # The number of coefficients: up to the fifth order.
 ORDERS = 6
@@ -57,11 +56,11 @@ class Series(NamedTuple):
         """Return the sum of two motions."""
         return Series(self.values + other.values, self.bounds + other.bounds)
 
-    def of(self, cells: NDArray[np.bool_]) -> Series:
+    def of(self, cells: BoolArray) -> Series:
         """Return those of some ``cells``. Shape (n,)."""
         return Series(self.values[..., cells], self.bounds[..., cells])
 
-    def put(self, cells: NDArray[np.bool_], those: Series) -> None:
+    def put(self, cells: BoolArray, those: Series) -> None:
         """Replace ``those`` of some ``cells``. Shape (n,)."""
         self.values[..., cells], self.bounds[..., cells] = those
 
@@ -257,9 +256,7 @@ def position_of(machine: TriGlide, heights: Series, half: FloatArray) -> Series:
     return Series(values, bounds)
 
 
-def positions(
-    machine: TriGlide, series: Series, of_sliders: NDArray[np.bool_], half: FloatArray
-) -> Series:
+def positions(machine: TriGlide, series: Series, of_sliders: BoolArray, half: FloatArray) -> Series:
     """Return series of the platform's position, with those of slider heights replaced.
 
     Args:

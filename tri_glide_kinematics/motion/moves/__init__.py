@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.moves.line_moves import LineJoining as LineJoining
     from tri_glide_kinematics.motion.moves.line_timing import NORM as NORM
     from tri_glide_kinematics.motion.moves.line_timing import LineTiming as LineTiming
-    from tri_glide_kinematics.motion.moves.parametrisation import parametrise as parametrise
+    from tri_glide_kinematics.motion.moves.line_timing import parametrise as parametrise
     from tri_glide_kinematics.motion.moves.search import REACHED as REACHED
     from tri_glide_kinematics.motion.moves.search import MotionKind as MotionKind
     from tri_glide_kinematics.motion.moves.search import MotionPlanner as MotionPlanner

@@ -34,8 +34,9 @@ from tri_glide_kinematics.motion.moves.line_timing import (
     JogFactors,
     LineTiming,
     MovingFactors,
+    PathParametrisation,
+    parametrise,
 )
-from tri_glide_kinematics.motion.moves.parametrisation import PathParametrisation, parametrise
 from tri_glide_kinematics.motion.trajectory import (
     LinePlan,
     StraightLine,

@@ -3,13 +3,15 @@ r"""The path as driven: that as programmed, its joints rounded to their toleranc
 Both have the same parameter s, the way programmed: p(s) = g(s) + corrections (``rounding``). So all
 stays in closed form, and p is twice continuously differentiable wherever the platform need not
 stop; its third derivative is bounded and jumps at the breaks alone. The way driven, which is
-shorter in roundings, is the integral of |p'| (``arc_length``).
+shorter in roundings, is the integral of |p'| (``ArcLength``), span by span.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import ceil, dist
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +28,6 @@ from tri_glide_kinematics.interruptible import (
     concatenated,
     indices_of,
 )
-from tri_glide_kinematics.motion.path.arc_length import ArcLength, integrals, rules_for
 from tri_glide_kinematics.motion.path.corners import (
     LEAST_RATE,
     MAX_ROUNDS,
@@ -43,11 +44,117 @@ from tri_glide_kinematics.motion.path.corners import (
     widths_kept,
     widths_of,
 )
-from tri_glide_kinematics.motion.path.errors import ApartError
 from tri_glide_kinematics.motion.path.piecewise_path import PiecewisePath
-from tri_glide_kinematics.motion.path.segments import JOINED_WITHIN, Segments, check_count, joined
-from tri_glide_kinematics.vectors import FloatArray, Indices
+from tri_glide_kinematics.motion.path.segments import Segments, check_count, check_joined, joined
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices
 from tri_glide_kinematics.wording import number_text
+
+# Nodes of the rule for spans on which the derivative of the curve changes by less than this.
+RULES = ((0.05, 3), (0.3, 6), (1.0, 12), (np.inf, 32))
+LARGEST_CHANGES = [change for change, _ in RULES[:-1]]
+
+# Newton's method takes so many steps from the place on a straight line; each doubles the digits.
+NEWTON_STEPS = 5
+
+
+@dataclass(eq=False, repr=False)
+class ArcLength:
+    """Arc length of a curve that is smooth between breaks.
+
+    Attributes:
+        breaks: of the parameter. Shape (k + 1,).
+        totals: arc lengths there, sums of the lengths before each break. Shape (k + 1,) [m].
+        kinds: which rule is for each span (``rules_for``). Shape (k,).
+        rates: returns the arc length per parameter, on spans, at parameters. Shape (n,).
+    """
+
+    breaks: FloatArray
+    totals: FloatArray
+    kinds: NDArray[np.int8]
+    rates: Callable[[Indices, FloatArray], FloatArray]
+
+    @property
+    def total(self) -> float:
+        """Arc length of the whole [m]."""
+        return float(self.totals[-1])
+
+    def at(self, spans: Indices, parameters: FloatArray) -> FloatArray:
+        """Return the arc lengths at ``parameters`` on ``spans``. Shape (n,) [m]."""
+        return np.asarray(self.totals[spans] + self._integrals(spans, parameters))
+
+    def inverse(self, lengths: FloatArray) -> FloatArray:
+        """Return the parameters at arc lengths, shape (n,) [m]. Shape (n,)."""
+        count = len(self.breaks) - 1
+        spans = np.clip(np.searchsorted(self.totals, lengths, "right") - 1, 0, count - 1)
+        low, high = self.breaks[spans], self.breaks[spans + 1]
+        start, end = self.totals[spans], self.totals[spans + 1]
+        wanted = np.clip(lengths, 0.0, self.total) - start
+        found = low + (high - low) * wanted / (end - start)
+        for _ in range(NEWTON_STEPS):
+            excess = self._integrals(spans, found) - wanted
+            found = np.clip(found - excess / self.rates(spans, found), low, high)
+        return np.asarray(found)
+
+    def _integrals(self, spans: Indices, parameters: FloatArray) -> FloatArray:
+        """Return the arc lengths from the breaks where ``spans`` begin to ``parameters``."""
+        starts = self.breaks[spans]
+        return integrals(self.rates, spans, self.kinds[spans], starts, parameters - starts)
+
+
+def rules_for(changes: FloatArray) -> NDArray[np.int8]:
+    """Return which rule is for each span.
+
+    Args:
+        changes: how much the derivative of the curve changes on each, at most. Shape (n,) [m].
+    """
+    return np.searchsorted(LARGEST_CHANGES, changes).astype(np.int8)
+
+
+def integrals(
+    rates: Callable[[Indices, FloatArray], FloatArray],
+    spans: Indices,
+    kinds: NDArray[np.int8],
+    starts: FloatArray,
+    steps: FloatArray,
+) -> FloatArray:
+    """Return the arc lengths on spans, from some of their places to others.
+
+    Args:
+        rates: returns the arc length per parameter, on spans, at parameters. Shape (n,).
+        spans: indices of them. Shape (n,).
+        kinds: which rule is for each. Shape (n,).
+        starts: parameters from which on. Shape (n,).
+        steps: of the parameter to the end. Shape (n,).
+    """
+    total = np.empty(len(spans))
+    for kind, (_, nodes) in enumerate(RULES):
+        some = np.flatnonzero(kinds == kind)
+        if len(some):
+            total[some] = _by_nodes(rates, spans[some], starts[some], steps[some], nodes)
+    return total
+
+
+def _by_nodes(
+    rates: Callable[[Indices, FloatArray], FloatArray],
+    spans: Indices,
+    starts: FloatArray,
+    steps: FloatArray,
+    nodes: int,
+) -> FloatArray:
+    """Integrate by Gauss and Legendre's rule."""
+    places, weights = _rule(nodes)
+    total = np.zeros(len(steps))
+    for place, weight in zip(places, weights):
+        total += weight * rates(spans, starts + place * steps)
+    return np.asarray(total * steps)
+
+
+@cache
+def _rule(nodes: int) -> tuple[list[float], list[float]]:
+    """Return places and weights of Gauss and Legendre's rule, from 0 to 1."""
+    places, weights = np.polynomial.legendre.leggauss(nodes)
+    return (0.5 * (places + 1.0)).tolist(), (0.5 * weights).tolist()
+
 
 # Places in a span at which it is looked for where the way driven is too short.
 SAMPLES_IN_SPAN = 9
@@ -83,8 +190,9 @@ class DeviationsPassed(NamedTuple):
     left: FloatArray
 
 
+@dataclass(eq=False, repr=False)
 class DrivenPath(PiecewisePath):
-    """The path as driven, over the programmed way s; see ``PiecewisePath``.
+    """The path as driven, over the programmed way s; see ``PiecewisePath``. Use ``of``.
 
     Attributes:
         stops: ascending ways at which the platform has to stop, both ends included [m].
@@ -93,20 +201,10 @@ class DrivenPath(PiecewisePath):
         shaped: how corners are driven with a shaper; None without one.
     """
 
-    def __init__(
-        self,
-        spans: PiecewisePath,
-        stops: FloatArray,
-        rounded: RoundedJoints,
-        widths: Widths,
-        shaped: ShapedCorners | None,
-    ) -> None:
-        """Use ``of``."""
-        super().__init__(spans.segments, spans.breaks, spans.table, spans.segment)
-        self.stops = stops
-        self.rounded = rounded
-        self.widths = widths
-        self.shaped = shaped
+    stops: FloatArray
+    rounded: RoundedJoints
+    widths: Widths
+    shaped: ShapedCorners | None
 
     def __repr__(self) -> str:
         """Return how many segments it has, where it stops, and how far it deviates."""
@@ -155,10 +253,7 @@ class DrivenPath(PiecewisePath):
             TooManySegmentsError: if they are too many together.
         """
         check_count(len(self.segments) + len(more))
-        end, start = self.segments.points[-1].tolist(), more.points[0].tolist()
-        distance = dist(end, start)
-        if not distance <= JOINED_WITHIN:
-            raise ApartError(end, start, distance, JOINED_WITHIN)
+        check_joined(self.segments, more)
         segments = yield from joined((self.segments, more))
         stays = self.stops[-1] - place < LEAST_ROOM
         stops = self.stops[1:] if stays else self.stops[1:-1]
@@ -195,7 +290,7 @@ class DrivenPath(PiecewisePath):
             if not (yield from _differ(smaller, widths)):
                 break
             widths = smaller
-        return cls(spans, stops, rounded, widths, shaped)
+        return cls(segments, breaks, table, segment, stops, rounded, widths, shaped)
 
     @property
     def tolerances(self) -> FloatArray:
@@ -278,7 +373,7 @@ class DrivenPath(PiecewisePath):
     def arc_length(self) -> Interruptible[ArcLength]:
         """The way driven over the way programmed."""
 
-        def without_bends(some: slice) -> tuple[FloatArray, NDArray[np.int8], NDArray[np.bool_]]:
+        def without_bends(some: slice) -> tuple[FloatArray, NDArray[np.int8], BoolArray]:
             turns = self.bounds_on(some).turns
             steps = np.diff(self.breaks[some.start : some.stop + 1])
             return steps, rules_for(turns), turns > 0.0
@@ -409,7 +504,7 @@ def _smaller(
     half_widths, ways = widths.half_widths, rounded.ways
     places = np.sort(slow)
 
-    def lowered(some: slice) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    def lowered(some: slice) -> tuple[FloatArray, FloatArray, BoolArray]:
         part, at = widths.part(some), ways[some]
         first = np.searchsorted(places, at - part.reaches)
         over = np.searchsorted(places, at + part.reaches, "right") > first

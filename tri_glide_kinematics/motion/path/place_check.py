@@ -18,18 +18,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.errors import PathPlaceError
 from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.errors import PathPlaceError
 from tri_glide_kinematics.tri_glide import (
     ball_that_keeps,
     extreme_singular_values_batch,
     jacobian_rows,
 )
-from tri_glide_kinematics.vectors import FloatArray, ascending
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices, ascending
 from tri_glide_kinematics.wording import vector_text
 from tri_glide_kinematics.workspace import ROUNDING, TOLERANCE, Workspace, slacks
 
@@ -46,7 +45,7 @@ class Clearances(NamedTuple):
         slope: within the radius, the Jacobian changes by at most this per metre. Shape (n,) [1/m].
     """
 
-    inside: NDArray[np.bool_]
+    inside: BoolArray
     radius: FloatArray
     slack: FloatArray
     travel: FloatArray
@@ -165,9 +164,9 @@ def _is_inside_between(
     rates: FloatArray,
     bends: FloatArray,
     known: Clearances,
-    low: NDArray[np.intp],
-    high: NDArray[np.intp],
-) -> NDArray[np.bool_]:
+    low: Indices,
+    high: Indices,
+) -> BoolArray:
     """Return between which places the path is inside, up to ``TOLERANCE``.
 
     Args:
@@ -190,7 +189,7 @@ def _is_inside_between(
     return np.asarray(well_posed & in_room & (of_sliders <= travel))
 
 
-def _largest(values: FloatArray, heads: NDArray[np.intp], tails: NDArray[np.intp]) -> FloatArray:
+def _largest(values: FloatArray, heads: Indices, tails: Indices) -> FloatArray:
     """Return the largest value from each head to its tail, which is no less. Shape (m,)."""
     # The values between one tail and the next head are worked out, too, and left out.
     ends = np.stack((heads, tails + 1), 1).ravel()

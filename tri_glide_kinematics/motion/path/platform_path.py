@@ -17,15 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 from tri_glide_kinematics.checks import array_of_shape, finite, finite_array
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.interruptible import Interruptible, Kept, at_once, blocks
-from tri_glide_kinematics.motion.path.driven_path import DrivenPath
-from tri_glide_kinematics.motion.path.errors import (
-    ApartError,
+from tri_glide_kinematics.motion.errors import (
     EmptyPathError,
     PathError,
     SegmentError,
 )
+from tri_glide_kinematics.motion.path.driven_path import DrivenPath
 from tri_glide_kinematics.motion.path.segments import (
-    JOINED_WITHIN,
     LARGEST_ANGLE,
     LARGEST_PLACE,
     LARGEST_SPEED,
@@ -37,6 +35,7 @@ from tri_glide_kinematics.motion.path.segments import (
     arc_through,
     check_coordinates,
     check_count,
+    check_joined,
     collected,
     coordinate_of,
     joined,
@@ -54,6 +53,7 @@ from tri_glide_kinematics.wording import vector_text
 ADDED_TOGETHER = 300
 
 
+@dataclass(eq=False, repr=False)
 class PlatformPath:
     """Lines, arcs and helices, one after the other, and how they are driven.
 
@@ -62,23 +62,17 @@ class PlatformPath:
     as driven farther from the path as programmed. With the tolerance 0 the platform stops there,
     unless the joint is smooth; it also stops in corners that turn back. (docs/paths.md)
 
+    Use ``start``, ``through`` and what adds a segment to make one.
+
     Attributes:
         end: where the path ends. Shape (3,) [m].
         count: number of segments.
     """
 
-    def __init__(
-        self,
-        end: Vector3,
-        count: int,
-        previous: PlatformPath | None = None,
-        part: Segment | Segments | None = None,
-    ) -> None:
-        """Use ``start``, ``through`` and what adds a segment instead."""
-        self.end = end
-        self.count = count
-        self._previous = previous
-        self._part = part
+    end: Vector3
+    count: int
+    _previous: PlatformPath | None = None
+    _part: Segment | Segments | None = None
 
     def __repr__(self) -> str:
         """Return how many segments it has and where it ends."""
@@ -215,10 +209,7 @@ class PlatformPath:
             EmptyPathError: if one of them has no segment.
         """
         before, after = self.segments, other.segments
-        start = after.points[0].tolist()
-        distance = math.dist(self.end, start)
-        if not distance <= JOINED_WITHIN:
-            raise ApartError(self.end, start, distance, JOINED_WITHIN)
+        check_joined(before, after)
         return PlatformPath.of_segments(at_once(joined((before, after))))
 
     def reversed(self) -> PlatformPath:

@@ -23,7 +23,8 @@ from numpy.typing import ArrayLike
 from tri_glide_kinematics.checks import finite, finite_array, finite_vector, positive
 from tri_glide_kinematics.errors import OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.interruptible import Interruptible, Kept, accumulated, concatenated
-from tri_glide_kinematics.motion.path.errors import (
+from tri_glide_kinematics.motion.errors import (
+    ApartError,
     NoArcError,
     RepeatedPointError,
     ShortSegmentError,
@@ -421,6 +422,18 @@ def check_count(count: int) -> None:
     """
     if count > MOST_SEGMENTS:
         raise TooManySegmentsError(count, MOST_SEGMENTS)
+
+
+def check_joined(before: Segments, after: Segments) -> None:
+    """Check that segments begin where those before end.
+
+    Raises:
+        ApartError: if they begin elsewhere.
+    """
+    end, start = before.points[-1].tolist(), after.points[0].tolist()
+    distance = dist(end, start)
+    if not distance <= JOINED_WITHIN:
+        raise ApartError(end, start, distance, JOINED_WITHIN)
 
 
 def check_coordinates(points: FloatArray, first: int) -> None:

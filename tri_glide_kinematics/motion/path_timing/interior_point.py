@@ -21,10 +21,9 @@ from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.path_timing.problem import TimingProblem
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, Indices
 
 
 def _lapack() -> ModuleType:
@@ -188,7 +187,7 @@ _OF_ROW = np.array((0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 1, 1))
 def _newton(
     factor: FloatArray,
     table: FloatArray,
-    given: NDArray[np.intp],
+    given: Indices,
     dual: FloatArray,
     primal: FloatArray,
     ratio: FloatArray,

@@ -1,6 +1,6 @@
 r"""The time-optimal speed along a path, as an optimisation over a quadratic spline.
 
-Over the parameter u of a path (``rest_map.py``) the unknown is $b(u) = \dot u^2$, a quadratic in
+Over the parameter u of a path (``grid.py``) the unknown is $b(u) = \dot u^2$, a quadratic in
 each cell with a continuous slope. With the heights $H(u)$ of a slider
 
 $$|H'| \sqrt b \le V, \quad |\tfrac12 H' b' + H'' b| \le A, \quad
@@ -23,10 +23,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.limits import PathRows
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import BoolArray, FloatArray
 
 # Places of Gauss' quadrature with two points, in a cell from 0 to 1.
 _GAUSS = (0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5)
@@ -184,7 +183,7 @@ def feasible_constant(heights: CellHeights, limits: CellLimits) -> float:
         )
 
 
-def divided(coefficients: FloatArray, rows: SplineRows, cells: NDArray[np.bool_]) -> FloatArray:
+def divided(coefficients: FloatArray, rows: SplineRows, cells: BoolArray) -> FloatArray:
     """Return the coefficients of the same spline with some ``cells`` divided into two.
 
     Args:

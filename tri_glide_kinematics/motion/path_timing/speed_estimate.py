@@ -10,13 +10,10 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.limits import PathPlaces, PathRows, SliderLimits
 from tri_glide_kinematics.motion.trajectory import HeightDerivatives, PathHeights
-from tri_glide_kinematics.vectors import FloatArray, ascending
-
-BoolArray = NDArray[np.bool_]
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, ascending
 
 # Cells during the time from no acceleration to the largest, and in the whole motion at least.
 _CELLS_OF_RAMP = 16.0

@@ -14,6 +14,7 @@ stretched away.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import inf
 
 import numpy as np
@@ -115,8 +116,9 @@ _BEYOND = np.array(((5e-4,), (2e-3,), (1e-2,)))
 COMMITTED = (0.4, 0.65)
 
 
+@dataclass(eq=False, repr=False)
 class TimingSearch:
-    """One window while its cells and their limits are changed.
+    """One window while its cells and their limits are changed; it is given as to ``plan_window``.
 
     Attributes:
         scaling: what was found last; None if nothing, or nothing that bounds exist for.
@@ -125,27 +127,21 @@ class TimingSearch:
         converged: whether the solver found the optimum.
     """
 
-    def __init__(
-        self,
-        curve: PathHeights,
-        grid: TimingGrid,
-        start: PathStart,
-        limits: SliderLimits,
-        held: TimeScaling | None,
-    ) -> None:
-        """Begin a search; the arguments are those of ``plan_window``."""
-        self._curve = curve
-        self._grid = grid
-        self._begin = start
-        self._limits = limits
-        self._held = held
-        self._guess: FloatArray | None = None
-        self._turn = 0
-        self._own = _margins(grid, start.speed > 0.0)
-        self.scaling: TimeScaling | None = None
+    _curve: PathHeights
+    _grid: TimingGrid
+    _begin: PathStart
+    _limits: SliderLimits
+    _held: TimeScaling | None
+    _guess: FloatArray | None = None
+    _turn: int = 0
+    scaling: TimeScaling | None = None
+    slower: float = inf
+    converged: bool = True
+
+    def __post_init__(self) -> None:
+        """Begin the search."""
+        self._own = _margins(self._grid, self._begin.speed > 0.0)
         self.parts = np.zeros_like(self._own)
-        self.slower = inf
-        self.converged = True
 
     def improve(self) -> Interruptible[None]:
         """Solve the problem once, and prepare the next one."""

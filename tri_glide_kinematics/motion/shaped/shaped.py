@@ -18,7 +18,6 @@ from math import ceil, hypot, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.errors import CutBendError, SliderLimitError
@@ -48,13 +47,14 @@ from tri_glide_kinematics.motion.shaped.bends import (
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
     LinePlan,
+    MixedSeries,
     PathPlan,
     Trajectory,
     close_to,
     joined_series,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, ascending
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
 
 # Largest numbers of cells that are looked at together, and of copies in cells of a motion along a
@@ -178,21 +178,6 @@ class ShapedTrajectory(Trajectory):
         shaper: its impulses.
     """
 
-    __slots__ = (
-        "_acceleration",
-        "_arms",
-        "_begins",
-        "_cells",
-        "_extremes",
-        "_extremes_for",
-        "_final",
-        "_impulses",
-        "_machine",
-        "driven",
-        "duration",
-        "shaper",
-    )
-
     def __init__(self, machine: TriGlide, shaper: Shaper, driven: Sequence[DrivenPart]) -> None:
         """Shape the motion of a ``machine``."""
         self._machine = machine
@@ -287,9 +272,7 @@ class ShapedTrajectory(Trajectory):
         knots = ascending(np.clip(knots, 0.0, self.duration))
         return knots[np.diff(knots, prepend=-1.0) > SAME_TIME]
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series of the platform's position."""
         delays = self.shaper.times
         before = -np.subtract.outer(delays, times).ravel()
@@ -468,7 +451,7 @@ class ShapedTrajectory(Trajectory):
         return self.at(begin + time)
 
 
-def _between(lowest: FloatArray, highest: FloatArray, region: Workspace) -> NDArray[np.bool_]:
+def _between(lowest: FloatArray, highest: FloatArray, region: Workspace) -> BoolArray:
     """Return whether heights are inside the travel, for shapes (3,) or (3, n) [m]. Shape (n,)."""
     travel = region.limits
     inside = (lowest.T >= travel.lower_heights) & (highest.T <= travel.upper_heights)

@@ -19,12 +19,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.limits import (
     SampledPlan,
-    Series,
     SliderLimits,
     SliderState,
     composed,
@@ -34,7 +32,7 @@ from tri_glide_kinematics.motion.limits import (
 from tri_glide_kinematics.motion.shaped.bends import DrivenPart
 from tri_glide_kinematics.motion.shaped.shaped import LimitBounds, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Shaper
-from tri_glide_kinematics.motion.trajectory import Trajectory
+from tri_glide_kinematics.motion.trajectory import MixedSeries, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
@@ -52,8 +50,6 @@ class SlowedPlan(Trajectory):
     Attributes:
         duration: time until it rests; of the other plan half of that is driven [s].
     """
-
-    __slots__ = ("_begin", "_machine", "_plan", "duration")
 
     def __init__(self, machine: TriGlide, plan: Trajectory, begin: float, duration: float) -> None:
         """Slow down a ``plan`` of a ``machine`` from a time ``begin`` in it on [s]."""
@@ -95,9 +91,7 @@ class SlowedPlan(Trajectory):
             low, high = np.where(before, middle, low), np.where(before, high, middle)
         return ascending(np.concatenate(((0.0,), high * self.duration, (self.duration,))))
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series of the other plan, composed with those of the time in it."""
         inside = np.clip(times, 0.0, self.duration)
         table = np.array((0.0, 1.0, 0.0, -1.0 / self.duration**2, 0.5 / self.duration**3))

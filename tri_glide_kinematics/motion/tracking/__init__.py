@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.tracking.slider_way import to_zero as to_zero
     from tri_glide_kinematics.motion.tracking.slider_way import way_of as way_of
     from tri_glide_kinematics.motion.tracking.slider_way import within as within
+    from tri_glide_kinematics.motion.tracking.straight_motion import WayAhead as WayAhead
+    from tri_glide_kinematics.motion.tracking.straight_motion import approach as approach
+    from tri_glide_kinematics.motion.tracking.straight_motion import way_to_rest as way_to_rest
     from tri_glide_kinematics.motion.tracking.target_tracking import (
         TargetTracking as TargetTracking,
     )
@@ -34,8 +37,5 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.motion.tracking.told_places import ToldPlaces as ToldPlaces
     from tri_glide_kinematics.motion.tracking.velocity_tracking import SLOWEST_JOG as SLOWEST_JOG
-    from tri_glide_kinematics.motion.tracking.way_ahead import WayAhead as WayAhead
-    from tri_glide_kinematics.motion.tracking.way_ahead import approach as approach
-    from tri_glide_kinematics.motion.tracking.way_ahead import way_to_rest as way_to_rest
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

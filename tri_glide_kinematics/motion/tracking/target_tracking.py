@@ -34,8 +34,7 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     way_onto,
     within,
 )
-from tri_glide_kinematics.motion.tracking.straight_motion import slider_line
-from tri_glide_kinematics.motion.tracking.way_ahead import approach, way_to_rest
+from tri_glide_kinematics.motion.tracking.straight_motion import approach, slider_line, way_to_rest
 from tri_glide_kinematics.motion.trajectory import RuckigPlanner
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace

@@ -8,8 +8,8 @@ from tri_glide_kinematics.motion.tracking.moving_target import (
     LARGEST_ACCELERATION,
     LONGEST_INTERVAL,
     SHORTEST_INTERVAL,
+    ZERO,
 )
-from tri_glide_kinematics.motion.tracking.trend import ZERO
 from tri_glide_kinematics.vectors import Vector3, combined, minus, scaled
 
 # Places that are so far apart that no platform follows, or whose velocity changes by so much from

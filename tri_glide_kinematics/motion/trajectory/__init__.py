@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     )
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling
+    from tri_glide_kinematics.motion.trajectory.trajectory import MixedSeries as MixedSeries
     from tri_glide_kinematics.motion.trajectory.trajectory import SequencePlan as SequencePlan
     from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory as Trajectory
     from tri_glide_kinematics.motion.trajectory.trajectory import UsableParts as UsableParts

@@ -8,7 +8,6 @@ from itertools import groupby
 from math import hypot, inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once, blocks
 from tri_glide_kinematics.motion.limits import (
@@ -33,7 +32,7 @@ from tri_glide_kinematics.motion.trajectory.curve_bounds import (
 )
 from tri_glide_kinematics.motion.trajectory.curves import Curve, PathHeights, StraightLine
 from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart, TimeScaling
-from tri_glide_kinematics.motion.trajectory.trajectory import CELLS_AT_ONCE, Trajectory
+from tri_glide_kinematics.motion.trajectory.trajectory import CELLS_AT_ONCE, MixedSeries, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, ascending
 from tri_glide_kinematics.workspace import Traced, Workspace
@@ -48,20 +47,6 @@ class CurvePlan(Trajectory):
         scaling: how far along it is at each time.
         blend: slider offsets that lead from the motion before onto the curve, or None.
     """
-
-    __slots__ = (
-        "_end",
-        "_ends",
-        "_final",
-        "_row",
-        "_rows",
-        "_starts",
-        "_table",
-        "blend",
-        "curve",
-        "duration",
-        "scaling",
-    )
 
     def __init__(self, curve: Curve, scaling: TimeScaling, blend: CubicPlan | None = None) -> None:
         """Prepare the plan; the time scaling ends at rest or is continued, the blend ends at zero.
@@ -191,9 +176,7 @@ class CurvePlan(Trajectory):
             return knots
         return ascending(np.concatenate((knots, self.blend.knots())))
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series of the platform's position, in a blend of the slider heights."""
         way = self.way_series(times, half)
         return _mixed_series(self.curve, way, self.blend, machine, times, half)
@@ -226,7 +209,7 @@ def _mixed_series(
     machine: TriGlide,
     times: FloatArray,
     half: FloatArray,
-) -> tuple[Series, NDArray[np.bool_]]:
+) -> MixedSeries:
     """Return Taylor series of the platform's position, in a blend of the slider heights."""
     series = composed(curve.place_series(way.values[0, 0], half * way.bounds[1, 0]), way)
     in_blend = np.zeros(len(times), dtype=bool)
@@ -301,8 +284,6 @@ class LinePlan(CurvePlan):
         line: where the platform moves.
     """
 
-    __slots__ = ("line",)
-
     def __init__(
         self, line: StraightLine, scaling: TimeScaling, blend: CubicPlan | None = None
     ) -> None:
@@ -340,8 +321,6 @@ class PathPlan(CurvePlan):
         continue_at: when the next part should begin; at the end of this one if that is a stop [s].
         ends_path: whether it leads to the end of the path.
     """
-
-    __slots__ = ("continue_at", "ends_path", "heights")
 
     def __init__(
         self, heights: PathHeights, scaling: TimeScaling, continue_at: float = inf

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.errors import SliderLimitError
 from tri_glide_kinematics.motion.limits import (
@@ -30,7 +30,7 @@ from tri_glide_kinematics.motion.trajectory.phases import (
     merged,
     total_duration,
 )
-from tri_glide_kinematics.motion.trajectory.trajectory import Trajectory
+from tri_glide_kinematics.motion.trajectory.trajectory import MixedSeries, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Traced, Workspace
@@ -48,18 +48,6 @@ class CubicPlan(Trajectory):
         lengths: how long each piece is. Shape (k,) [s].
         pieces: height, velocity, acceleration and jerk where each piece begins. Shape (4, k, 3).
     """
-
-    __slots__ = (
-        "_final",
-        "_final_platform",
-        "_row",
-        "_rows",
-        "_starts",
-        "duration",
-        "lengths",
-        "pieces",
-        "starts",
-    )
 
     def __init__(self, initial: SliderState, jerks: Sequence[Phases]) -> None:
         """Integrate the jerks.
@@ -172,9 +160,7 @@ class CubicPlan(Trajectory):
         coefficients[0, :, ended] = self._final.heights
         return polynomial(coefficients, half)
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series of the slider heights; at rest, of the platform's position."""
         if not self._rows:
             place = machine.forward_batch(np.array((self._final.heights,)))[0]
@@ -282,8 +268,6 @@ class StraightPlan(CubicPlan):
         length: way of the leading slider [m].
     """
 
-    __slots__ = ("_directions", "_heights", "length")
-
     def __init__(self, heights: Vector3, ratios: Vector3, phases: Phases) -> None:
         """Integrate the phases.
 
@@ -349,6 +333,7 @@ class StraightPlan(CubicPlan):
         )
 
 
+@dataclass(eq=False, repr=False, slots=True)
 class TrackedStep(Trajectory):
     """A certified plan: one step, then a braking to rest.
 
@@ -359,34 +344,16 @@ class TrackedStep(Trajectory):
         start: state in which the step begins.
         after: state after the step.
         period: of the step [s].
-        duration: time from the start until all sliders rest [s].
+        ways: phases of each slider, of the step and of the braking.
+        duration: of the longest way: time from the start until all sliders rest [s].
     """
 
-    __slots__ = ("_cubic", "_ways", "after", "duration", "period", "start")
-
-    def __init__(
-        self,
-        start: SliderState,
-        after: SliderState,
-        period: float,
-        ways: Sequence[Phases],
-        duration: float,
-    ) -> None:
-        """Store what was certified.
-
-        Args:
-            start: state in which the step begins.
-            after: state after the step.
-            period: of the step [s].
-            ways: phases of each slider, of the step and of the braking.
-            duration: of the longest way [s].
-        """
-        self.start = start
-        self.after = after
-        self.period = period
-        self.duration = duration
-        self._ways = ways
-        self._cubic: CubicPlan | None = None
+    start: SliderState
+    after: SliderState
+    period: float
+    ways: Sequence[Phases]
+    duration: float
+    _cubic: CubicPlan | None = field(default=None, init=False)
 
     @property
     def ends_at_rest(self) -> bool:
@@ -398,7 +365,7 @@ class TrackedStep(Trajectory):
     def as_cubic(self) -> CubicPlan:
         """Return all of the plan in pieces of constant jerk."""
         if self._cubic is None:
-            self._cubic = CubicPlan(self.start, self._ways)
+            self._cubic = CubicPlan(self.start, self.ways)
         return self._cubic
 
     def at(self, time: float) -> SliderState:
@@ -423,9 +390,7 @@ class TrackedStep(Trajectory):
         """Return where pieces begin, and the end [s]."""
         return self.as_cubic().knots()
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series of the slider heights."""
         return self.as_cubic().mixed_series(machine, times, half)
 

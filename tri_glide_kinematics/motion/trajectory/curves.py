@@ -16,6 +16,7 @@ $x_i' = m$, so that $R g' = m - g^2$, $R g'' = -3 g g'$ and $R g''' = -3 g'^2 - 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 from math import dist, inf, sqrt
 from typing import NamedTuple, Protocol
@@ -143,23 +144,6 @@ class StraightLine:
         start_slopes: first derivatives of the heights at the start. Shape (3,).
         start_bends: second derivatives of the heights at the start. Shape (3,) [1/m].
     """
-
-    __slots__ = (
-        "_arm_lengths",
-        "_numbers",
-        "_rises",
-        "_tilts",
-        "arms",
-        "curvature",
-        "direction",
-        "known_inside",
-        "length",
-        "slope",
-        "start",
-        "start_bends",
-        "start_heights",
-        "start_slopes",
-    )
 
     def __init__(
         self,
@@ -350,6 +334,7 @@ class Slowing(NamedTuple):
     afterwards: float
 
 
+@dataclass(eq=False, repr=False)
 class PathHeights:
     """A driven path, seen from the sliders.
 
@@ -363,37 +348,18 @@ class PathHeights:
         fastest: largest speed of the platform, whatever the path asks for [m/s].
     """
 
-    __slots__ = (
-        "_anchors",
-        "_squares",
-        "arms",
-        "driven",
-        "fastest",
-        "geometry",
-        "slowing",
-        "speed_scale",
-        "steps",
-    )
+    driven: DrivenPath
+    geometry: TriGlideGeometry
+    speed_scale: float = 1.0
+    steps: SpeedSteps | None = None
+    slowing: Slowing | None = None
+    fastest: float = inf
 
-    def __init__(
-        self,
-        driven: DrivenPath,
-        geometry: TriGlideGeometry,
-        speed_scale: float = 1.0,
-        steps: SpeedSteps | None = None,
-        slowing: Slowing | None = None,
-        fastest: float = inf,
-    ) -> None:
-        """Look at ``driven`` from the sliders of a machine."""
-        self.driven = driven
-        self.geometry = geometry
-        self.speed_scale = speed_scale
-        self.steps = steps
-        self.slowing = slowing
-        self.fastest = fastest
-        self._anchors = np.array(geometry.anchors).T[..., np.newaxis]
-        self._squares = np.square(np.array(geometry.arm_lengths))[:, np.newaxis]
-        self.arms = arms_of(geometry)
+    def __post_init__(self) -> None:
+        """Look at the path from the sliders of a machine."""
+        self._anchors = np.array(self.geometry.anchors).T[..., np.newaxis]
+        self._squares = np.square(np.array(self.geometry.arm_lengths))[:, np.newaxis]
+        self.arms = arms_of(self.geometry)
 
     def at_speeds(
         self, speed_scale: float, steps: SpeedSteps | None = None, fastest: float = inf
@@ -406,13 +372,11 @@ class PathHeights:
 
     def with_speeds_of(self, other: PathHeights) -> PathHeights:
         """Return the same with the speeds that hold for an ``other`` one."""
-        speeds = other.speed_scale, other.steps, other.slowing, other.fastest
-        return PathHeights(self.driven, self.geometry, *speeds)
+        return replace(other, driven=self.driven, geometry=self.geometry)
 
     def with_slowing(self, slowing: Slowing) -> PathHeights:
         """Return the same for a motion that is faster where it begins."""
-        speeds = self.speed_scale, self.steps, slowing, self.fastest
-        return PathHeights(self.driven, self.geometry, *speeds)
+        return replace(self, slowing=slowing)
 
     def timing_error(self, place: float, reason: str) -> PathTimingError:
         """Return the error that no motion is found at a ``place`` [m], for a ``reason``."""

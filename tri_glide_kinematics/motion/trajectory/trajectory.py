@@ -14,7 +14,6 @@ from math import inf
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once, blocks
 from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError, SliderTravelError
@@ -32,7 +31,7 @@ from tri_glide_kinematics.motion.limits import (
     quartered,
 )
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, ascending
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices, ascending
 from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace import Traced, Workspace
 
@@ -40,6 +39,10 @@ from tri_glide_kinematics.workspace import Traced, Workspace
 PARTS = np.linspace(0.0, 1.0, 65)
 
 Motion = TypeVar("Motion", bound="Trajectory")
+
+# Taylor series in cells, of slider heights or of the platform's position, and in which of the cells
+# they are of the heights.
+MixedSeries = tuple[Series, BoolArray]
 
 # Number of cells that are looked at between two breaks: that takes a millisecond at most.
 CELLS_AT_ONCE = 64
@@ -111,9 +114,7 @@ class Trajectory(ABC):
         """Return the ascending instants between which it is smooth, its end among them [s]."""
 
     @abstractmethod
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series in cells: of the slider heights, or of the platform's position.
 
         Args:
@@ -204,8 +205,6 @@ class Trajectory(ABC):
 class SequencePlan(Trajectory):
     """One plan after the other; each ends where the next begins, and the last one at rest."""
 
-    __slots__ = ("_ends", "_plans", "_skipped", "duration")
-
     def __init__(self, plans: Sequence[Trajectory], skipped: float = 0.0) -> None:
         """Join the ``plans``, of whose first one ``skipped`` seconds are past already."""
         first, *others = plans
@@ -278,9 +277,7 @@ class SequencePlan(Trajectory):
         ]
         return ascending(np.concatenate(knots))
 
-    def mixed_series(
-        self, machine: TriGlide, times: FloatArray, half: FloatArray
-    ) -> tuple[Series, NDArray[np.bool_]]:
+    def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series, each from the plan that it lies in."""
         shifted = times + self._skipped
         owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
@@ -300,11 +297,11 @@ class SequencePlan(Trajectory):
 
 def joined_series(
     plans: Sequence[Trajectory],
-    owner: NDArray[np.intp],
+    owner: Indices,
     machine: TriGlide,
     times: FloatArray,
     half: FloatArray,
-) -> tuple[Series, NDArray[np.bool_]]:
+) -> MixedSeries:
     """Return Taylor series in cells, each of one of several plans; see ``Trajectory.mixed_series``.
 
     Args:

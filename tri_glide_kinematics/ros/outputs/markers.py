@@ -15,8 +15,7 @@ from tri_glide_kinematics.ros.cdr import MarkerShape, marker_array
 from tri_glide_kinematics.ros.loop import steady_timer
 from tri_glide_kinematics.ros.outputs.machine_state import LATCHED
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Workspace
-from tri_glide_kinematics.workspace.outline import outline
+from tri_glide_kinematics.workspace import Workspace, outline
 
 # How often one looks whether there is something to show [s].
 LOOK_PERIOD = 0.2

@@ -10,7 +10,7 @@ import pytest
 from testing.path_samples import random_path
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path.corners import FARTHEST_SWING, SWING_REACH
-from tri_glide_kinematics.motion.path.corners.wide_roundings import NARROWER, WIDEST, swing_of
+from tri_glide_kinematics.motion.path.corners.widths import NARROWER, WIDEST, swing_of
 
 TOLERANCE = 1e-3
 PLACES = np.linspace(0.0, 1.0, 401)

@@ -8,7 +8,7 @@ import pytest
 from testing.path_samples import random_path
 from tri_glide_kinematics.motion.path import PlatformPath
 from tri_glide_kinematics.motion.path.corners import rounding
-from tri_glide_kinematics.motion.path.corners.wide_roundings import WIDEST
+from tri_glide_kinematics.motion.path.corners.widths import WIDEST
 
 TOLERANCE = 1e-3
 

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.path.corners.rounding import widths_behind as widths_behind
     from tri_glide_kinematics.motion.path.corners.rounding import widths_kept as widths_kept
     from tri_glide_kinematics.motion.path.corners.rounding import widths_of as widths_of
-    from tri_glide_kinematics.motion.path.corners.wide_roundings import (
+    from tri_glide_kinematics.motion.path.corners.widths import (
         FARTHEST_SWING as FARTHEST_SWING,
     )
-    from tri_glide_kinematics.motion.path.corners.wide_roundings import SWING_REACH as SWING_REACH
+    from tri_glide_kinematics.motion.path.corners.widths import SWING_REACH as SWING_REACH
     from tri_glide_kinematics.motion.path.corners.widths import Widths as Widths
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

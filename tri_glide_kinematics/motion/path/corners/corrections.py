@@ -6,7 +6,7 @@ break, where one of its coefficients jumps as a rounding begins, ends or passes 
 
 Roundings are sorted into layers. In a layer of two roundings the one that begins first also ends
 first. Those that taper off or swing out are put together of some, one inside the other
-(``wide_roundings``), each in a layer of its own.
+(``widths``), each in a layer of its own.
 """
 
 from __future__ import annotations
@@ -16,9 +16,8 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tri_glide_kinematics.vectors import FloatArray, Indices
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices
 
 # Number of breaks that are worked through from each sum over all roundings.
 SUM_BLOCK = 64
@@ -176,7 +175,7 @@ def changes_at(sums: RoundingSums, some: slice) -> FloatArray:
 
 def carried_on(
     changes: FloatArray, first: FloatArray, ways: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, BoolArray]:
     """Return the coefficients on spans in succession, and which of these lose digits.
 
     Args:

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.path.segments import Segments
-from tri_glide_kinematics.vectors import FloatArray, Indices, are_among
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices, are_among
 
 # Tangents that differ by less are the same: rounding.
 SAME_TANGENT = 1e-9
@@ -48,7 +47,7 @@ class ShapedCorners(NamedTuple):
     slowest: float
     passing: float
 
-    def are_stops(self, turns: FloatArray, segments: Segments, before: slice) -> NDArray[np.bool_]:
+    def are_stops(self, turns: FloatArray, segments: Segments, before: slice) -> BoolArray:
         """Return which joints at the ends of some segments are passed more slowly than stopped in.
 
         Args:
@@ -93,7 +92,7 @@ class RoundedJoints:
     tolerances: FloatArray
     rooms_before: FloatArray
     rooms_after: FloatArray
-    free: NDArray[np.bool_]
+    free: BoolArray
 
     @property
     def rooms(self) -> FloatArray:
@@ -125,9 +124,9 @@ class Jumps(NamedTuple):
     turns: FloatArray
     bends: FloatArray
     distances: FloatArray
-    rough: NDArray[np.bool_]
-    stops: NDArray[np.bool_]
-    rounded: NDArray[np.bool_]
+    rough: BoolArray
+    stops: BoolArray
+    rounded: BoolArray
     smooth_tolerances: FloatArray
 
 

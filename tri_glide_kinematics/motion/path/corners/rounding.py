@@ -44,20 +44,14 @@ from tri_glide_kinematics.motion.path.corners.joints import (
     least_between,
     rooms_at,
 )
-from tri_glide_kinematics.motion.path.corners.wide_roundings import (
-    LOWER,
-    PARTS,
-    inner_parts,
-    swing_parts,
-    swung,
-    tapered,
-)
 from tri_glide_kinematics.motion.path.corners.widths import (
     CONVEX_BEND,
     LARGE_TURN,
     LARGEST_BEND,
+    LOWER,
     NEIGHBOURS,
     NONE_KEPT,
+    PARTS,
     SPARE,
     Weights,
     Widths,
@@ -66,15 +60,19 @@ from tri_glide_kinematics.motion.path.corners.widths import (
     excess_in_crowd,
     grown,
     halves_between,
+    inner_parts,
     is_too_far,
     reaches_over,
+    swing_parts,
+    swung,
+    tapered,
     widths_alone,
     widths_by_turns,
     widths_in_crowd,
     with_kept,
 )
 from tri_glide_kinematics.motion.path.segments import Segments
-from tri_glide_kinematics.vectors import FloatArray, Indices
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices
 
 # The widths are made smaller at most so often, until all tolerances hold and the way driven is
 # nowhere too short.
@@ -138,9 +136,7 @@ def joints_of(
     return RoundedJoints(*(*columns, *rooms, free)), all_stops
 
 
-def _free(
-    tolerances: FloatArray, jumps: Jumps, rounded: Indices
-) -> Interruptible[NDArray[np.bool_]]:
+def _free(tolerances: FloatArray, jumps: Jumps, rounded: Indices) -> Interruptible[BoolArray]:
     """Return whether no smooth joint beside a rounded one has a smaller tolerance.
 
     Args:
@@ -157,7 +153,7 @@ def _free(
     heads = yield from concatenated((np.zeros(1, dtype=np.intp), rough, np.array([len(smooth)])))
     least = yield from column_of(len(rough) + 1, lambda some: least_between(smooth, heads, some))
 
-    def is_free(some: slice) -> NDArray[np.bool_]:
+    def is_free(some: slice) -> BoolArray:
         here = rounded[some]
         following = np.searchsorted(rough, here)
         beside = np.minimum(least[following], least[following + 1])
@@ -182,7 +178,7 @@ def widths_of(
     if swing_rooms is None:
         swing_rooms = joints.rooms_before
 
-    def without_others(some: slice) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def without_others(some: slice) -> tuple[FloatArray, BoolArray]:
         widths, stay = widths_alone(joints.part(some)), kept.part(some)
         widths[: len(stay.half_widths)] = stay.half_widths
         crowded = are_crowded(joints.ways[some], widths)
@@ -210,7 +206,7 @@ def widths_of(
 
 
 def _widths_in_crowd(
-    joints: RoundedJoints, alone: FloatArray, crowded: NDArray[np.bool_], kept: Widths
+    joints: RoundedJoints, alone: FloatArray, crowded: BoolArray, kept: Widths
 ) -> Interruptible[tuple[FloatArray, FloatArray]]:
     """Return widths of roundings of which some share their room, and how far they deviate.
 
@@ -487,7 +483,7 @@ def widths_behind(joints: RoundedJoints, kept: Widths, place: float) -> Interrup
     All others begin at the ``place`` [m] or behind it. A rounding that was known better, as no
     other overlapped it, they overlap at its outer half at most: there its deviation is convex. One
     that swings out they do not overlap. What swings out itself may overlap both, as in any path
-    (``wide_roundings``).
+    (``widths``).
     """
     ways = joints.ways[: len(kept.half_widths)]
     begin, first = place, 0

@@ -1,4 +1,4 @@
-r"""Largest forces of the sliders, upwards and downwards, as a bound that is added to all motion.
+r"""Bounds that are added to all motion: a largest speed of the platform, largest forces of sliders.
 
 With $w_i$ from the joint of slider i to the platform, $\lambda$ the pulls of the arms over their
 lengths, and the constants of ``dynamics``, the forces are
@@ -10,8 +10,9 @@ The second is a linear system whose matrix has the $w_i$ as columns. With the Ta
 motion it is solved order by order; bounds of the inverse in a cell come from that in its middle and
 a Neumann series, as in ``series.position_of``.
 
-A part of a limit is what a motion uses of what is left beside the force that holds the weight. So a
-motion that takes n times as long uses, but for friction, the part over the square of n.
+A part of a force limit is what a motion uses of what is left beside the force that holds the
+weight. So a motion that takes n times as long uses, but for friction, the part over the square of
+n.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from math import inf
 
 import numpy as np
 
-from tri_glide_kinematics.checks import finite_vector, positive
+from tri_glide_kinematics.checks import checked_vector, positive
 from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.errors import AddedBoundError
@@ -38,11 +39,81 @@ from tri_glide_kinematics.motion.limits.series import (
     heights_of,
     largest_inverse,
     largest_value,
+    product,
 )
 from tri_glide_kinematics.motion.limits.setpoint import AT_REST, SliderState
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
+
+
+@dataclass(frozen=True)
+class PlatformSpeedLimit(AddedBound):
+    """A largest speed of the platform.
+
+    Attributes:
+        machine: whose platform it is.
+        speed: [m/s].
+    """
+
+    name = "a platform speed limit"
+    quantity = "platform speed"
+    order = 1
+
+    machine: TriGlide
+    speed: float
+
+    def __post_init__(self) -> None:
+        """Check the speed.
+
+        Raises:
+            NotFiniteError: if it is NaN or infinite.
+            OutOfBoundsError: if it is not greater than zero.
+        """
+        object.__setattr__(self, "speed", positive("platform_speed_limit", self.speed, "m/s"))
+
+    @property
+    def platform_speed(self) -> float:
+        """The speed [m/s]."""
+        return self.speed
+
+    def used(self, position: Series, half: FloatArray) -> UsedParts:
+        """Return which part of the speed is used; its square is a series as well."""
+        orders = np.arange(1.0, 6.0)[:, np.newaxis, np.newaxis]
+        velocity, bounds = orders * position.values[1:], orders * position.bounds[1:]
+        # Of the velocity the coefficients up to the third order are known, of the fourth the bound.
+        padded = np.concatenate((velocity[:4], np.zeros((2, *velocity.shape[1:]))))
+        squares = product(padded, padded).sum(axis=1)[:4]
+        b0, b1, b2, b3, b4 = bounds
+        rest = (2.0 * (b0 * b4 + b1 * b3) + b2 * b2).sum(axis=0)
+        largest = largest_value(squares, rest, half)
+        return UsedParts(np.sqrt(largest) / self.speed, np.sqrt(squares[0]) / self.speed)
+
+    def seen(self, heights: FloatArray, period: float, rounding: float) -> SeenParts:
+        """Return which part of the speed is used, by differences of the places of the platform.
+
+        Such a difference is a mean of velocities, so it keeps each limit that they keep.
+        """
+        places = self.machine.forward_batch(heights)
+        # Errors of all heights grow by the square root of 3 over the least singular value. As the
+        # largest is at least that root, this is no more than the condition number.
+        wrong = 2.0 * rounding * self.machine.condition_number_batch(places)
+        steps = np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=1)
+        parts = np.maximum(steps - wrong, 0.0) / period / self.speed
+        return SeenParts(
+            parts,
+            0.0,
+            lambda row: (
+                f"the platform moves at {steps[row] / period:.9g} m/s, {parts[row]:.6f} of its "
+                f"limit, {number_text(self.speed)} m/s"
+            ),
+        )
+
+    def error(self, part: float, time: float) -> AddedBoundError:
+        """Return the error with the speed and the limit."""
+        value = part * self.speed
+        return AddedBoundError("speed of the platform", value, self.speed, "m/s", time)
+
 
 # Second derivatives by the coefficients of a Taylor series, from the second to the fifth.
 _SECOND = np.array((2.0, 6.0, 12.0, 20.0))[:, np.newaxis, np.newaxis]
@@ -103,10 +174,7 @@ class ForceLimits(AddedBound):
             OutOfBoundsError: if a number is not greater than zero.
         """
         for name in ("up", "down"):
-            values = finite_vector(f"force_limit_{name}", getattr(self, name), 3)
-            checked = tuple(
-                positive(f"force_limit_{name}[{i}]", value, "N") for i, value in enumerate(values)
-            )
+            checked = checked_vector(f"force_limit_{name}", getattr(self, name), positive, "N")
             object.__setattr__(self, name, checked)
 
     def __eq__(self, other: object) -> bool:
