@@ -13,6 +13,7 @@ from motion_machine import (
     MACHINE,
     SHAPER,
     WORKSPACE,
+    RecordedEngine,
     each_kind,
     engine,
     run,
@@ -26,7 +27,6 @@ from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.motion import (
     CannotHoldError,
     ForceLimits,
-    MotionEngine,
     MotionKind,
     MotionPhase,
     PlatformPath,
@@ -46,7 +46,7 @@ def forces(payload: float = 0.0, up: float = 26.0, down: float = 26.0) -> ForceL
 
 def test_force_limits_that_cannot_hold_the_weight_are_refused_where_the_platform_rests():
     weak, text = LIMITS.with_added(forces(up=14.0)), r"force_limit_up\[\d\] = 14 N cannot hold"
-    fresh = MotionEngine(WORKSPACE, weak)
+    fresh = RecordedEngine(WORKSPACE, weak)
     with pytest.raises(CannotHoldError, match=text):
         fresh.start(HOME)
     assert not fresh.started
