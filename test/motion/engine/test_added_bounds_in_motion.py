@@ -65,7 +65,7 @@ def speeds(heights: FloatArray) -> FloatArray:
     return np.linalg.norm(np.diff(MACHINE.forward_batch(heights), axis=0), axis=1) / DT
 
 
-def largest_force(moving: MotionEngine, bound: ForceLimits, seconds: float = math.inf) -> float:
+def largest_force(moving: RecordedEngine, bound: ForceLimits, seconds: float = math.inf) -> float:
     """Step an engine to rest, or for some time; return the largest force it asks for [N]."""
     largest = 0.0
     for _ in range(round(min(seconds, 60.0) / DT)):
