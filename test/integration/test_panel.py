@@ -431,6 +431,9 @@ def test_the_swing_is_drawn_while_an_accelerometer_tells_it(panel: Panel, drawn:
 def test_points_are_taught_driven_paused_and_saved(panel: Panel, page: Page) -> None:
     page.click(tab("Points"))
     places = [(0.03, 0.0, 0.25), (0.03, 0.03, 0.27)]
+    rows = "[...document.querySelectorAll('.tri-glide-numbers tr')].filter((e) => e.offsetParent)"
+    # Below the line of titles; some are there if this runs once more.
+    known = max(page.evaluate(f"{rows}.length") - 1, 0)
     for number, place in enumerate(places, 1):
         panel.client.send_pose(place)
         panel.wait_until_at(place)
@@ -438,16 +441,14 @@ def test_points_are_taught_driven_paused_and_saved(panel: Panel, page: Page) -> 
         panel.client.wait_for(lambda: panel.machine.states[-1].target_reached, "measured rest")
         panel.client.spin_for(0.2)
         page.click(button("Teach this position"))
-        rows = (
-            "[...document.querySelectorAll('.tri-glide-numbers tr')].filter((e) => e.offsetParent)"
-        )
-        page.wait_for(f"{rows}.length === {1 + number}", f"{number} points", spin=panel.spin)
+        count = known + number
+        page.wait_for(f"{rows}.length === {1 + count}", f"{count} points", spin=panel.spin)
     page.click(button("save"))
     panel.client.wait_for(panel.points_file.exists, "the file")
     panel.client.spin_for(0.1)
     (step,) = load_drive(panel.points_file).steps
     assert isinstance(step, PathStep)
-    assert step.segments.numbers.reshape(-1, 3) == pytest.approx(np.array(places), abs=1e-4)
+    assert step.segments.numbers.reshape(-1, 3)[-2:] == pytest.approx(np.array(places), abs=1e-4)
     panel.client.send_pose(HOME)
     panel.wait_until_at(HOME)
     panel.client.set_parameters("ik_node", {"speed_scale": 0.03})
