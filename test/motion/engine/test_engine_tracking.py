@@ -461,6 +461,20 @@ def test_poses_on_a_circle_are_followed_calmly(radius, turns, told, noise, jerk,
     assert found.behind < error
 
 
+def test_a_target_that_has_rested_is_foreseen_as_before():
+    """What was foreseen before it rested says nothing about what it does then."""
+
+    def motion(time: float) -> tuple:
+        # A turn in 1.2 s that begins and ends gently, then a second of rest.
+        part = min(time % 2.2, 1.2) / 1.2
+        angle = math.tau * (10.0 * part**3 - 15.0 * part**4 + 6.0 * part**5)
+        rate = math.tau / 1.2 * 30.0 * part**2 * (1.0 - part) ** 2
+        x, y = 0.02 * math.cos(angle), 0.02 * math.sin(angle)
+        return (x, y, 0.3), (-rate * y, rate * x, 0.0)
+
+    assert followed.followed(motion, 3.0, 0.01).behind < 6e-5
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("turns", [0.5, 1.0])
 def test_a_twist_that_turns_is_followed_calmly_and_without_a_lag(turns):

@@ -433,6 +433,7 @@ class TargetMotion:
                 return is_new
         self._start = self._position = target.position
         self._mean = None
+        self._forecasts.restart()
         self._velocity.restart(target.velocity)
         self._course = self._velocity.now
         return not (rests and not any(told.velocity))
