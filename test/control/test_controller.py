@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from controller_rig import (
     HOME,
@@ -590,6 +591,37 @@ def test_a_pose_that_comes_seldom_is_a_move_though_poses_are_followed(rig):
     follow_poses(rig, lambda: TARGET, 1.5, each=0.3)
     assert TRACKING not in rig.states
     assert MACHINE.forward(rig.heights) == pytest.approx(TARGET, abs=1e-9)
+
+
+@pytest.mark.parametrize("each", [0.1, 0.2, 0.24])
+def test_the_end_of_poses_is_no_silence(each):
+    rig = Rig(in_pieces=True)
+    rig.cycle(20)
+    begin = rig.now
+    follow_poses(rig, lambda: (0.03 * (rig.now - begin), 0.0, 0.3), 1.5, each)
+    rig.cycle_until(IDLE)
+    assert STOPPING not in rig.states
+    assert rig.controller.reason.cause is Cause.TARGET_REACHED
+
+
+def test_a_pose_that_is_older_than_the_last_is_refused_and_changes_nothing(rig):
+    begin = rig.now
+    follow_poses(rig, lambda: circling(rig, begin), 0.6)
+    with pytest.raises(CommandRefusedError, match="older, by its stamp"):
+        rig.controller.follow_pose(TARGET, rig.now - 0.04, rig.now)
+    assert max(follow_poses(rig, lambda: circling(rig, begin), 0.6)) < 3e-4
+
+
+def test_poses_with_noise_at_a_high_rate_do_not_shake_the_platform():
+    rig, rng = Rig(in_pieces=True, kind=MotionKind.LINEAR), np.random.default_rng(1)
+    rig.cycle(20)
+    follow_poses(rig, lambda: (0.0, 0.0, 0.3), 0.5, 0.004)
+    place = lambda: tuple((0.0, 0.0, 0.3) + 1e-4 * rng.normal(size=3))  # noqa: E731
+    most = 0.0
+    for _ in range(500):
+        follow_poses(rig, place, 0.004, 0.004)
+        most = max(most, math.dist(MACHINE.forward(rig.heights), (0.0, 0.0, 0.3)))
+    assert most < 3e-3
 
 
 def test_a_pose_that_jumps_is_not_overshot():

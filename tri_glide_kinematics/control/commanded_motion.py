@@ -52,7 +52,7 @@ STATE_OF = {
 
 # Poses at a rate have ended if none came for so many times the last interval, and for so long [s]:
 # a sender may be held up.
-LATE_INTERVALS, LATE = 3.0, 0.1
+LATE_INTERVALS, LATE = 2.0, 0.06
 
 # Largest speed of the platform in teach mode: that of ISO 10218 for manual operation [m/s].
 TEACH_SPEED = 0.25
@@ -106,6 +106,7 @@ class CommandedMotion:
         # Poses that come at a rate, and when the last one came in.
         self._poses = ToldPlaces()
         self._pose_received = 0.0
+        self._newest_pose: Vector3 = (0.0, 0.0, 0.0)
 
     def move_to(self, position: Sequence[float]) -> None:
         """Move the platform to ``position`` [m], at the latest when it is its turn.
@@ -175,7 +176,7 @@ class CommandedMotion:
         """Follow poses that come at a rate, as a target that moves.
 
         The platform moves to the first pose as to any other, and to the last one once there come no
-        more.
+        more. In between, a pose that comes too soon after another changes nothing.
 
         Args:
             position: of the newest pose. Shape (3,) [m].
@@ -185,7 +186,12 @@ class CommandedMotion:
         Raises:
             KinematicsError: with the reason, if it is refused; what went on goes on.
         """
-        self._pose_received = now
+        if self._poses.is_late(seen):
+            text = "the target pose is older, by its stamp, than the last one"
+            raise CommandRefusedError(text, Refusal.STAMP)
+        self._pose_received, self._newest_pose = now, position
+        if self._poses.is_soon(seen):
+            return
         velocity = self._poses.report(position, seen)
         if velocity is not None:
             self.track(position, velocity, seen, now)
@@ -205,9 +211,11 @@ class CommandedMotion:
         self._poses.forget()
         # Something else may be followed since.
         if isinstance(target, Track) and target.position == last:
+            # This is no silence: the move may take some cycles to plan.
+            self._streams.targets.accept(now)
             with suppress(KinematicsError):
                 # Where it cannot be reached, the stream has ended as any other.
-                self.move_to(last)
+                self.move_to(self._newest_pose)
 
     def set_limits(
         self, limits: SliderLimits, speed_scale: float, path_speed_scale: float = 1.0

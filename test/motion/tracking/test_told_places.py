@@ -31,9 +31,7 @@ def test_a_parabola_has_its_velocity_whatever_the_intervals_are():
         ((0.0, 0.03, 0.06), (0.1, 0.0, 0.0)),
         # Too long ago, and a clock that was set back.
         ((0.0, 0.03, 0.5), None),
-        ((0.0, 0.03, 0.02), None),
-        # At once: the place is the newest one, and nothing is known that was not before.
-        ((0.0, 0.03, 0.031), (0.1, 0.0, 0.0)),
+        ((0.0, 0.03, -5.0), None),
     ],
 )
 def test_only_places_of_late_tell_a_velocity(times, expected):
@@ -51,3 +49,15 @@ def test_after_a_jump_the_velocity_is_not_known_until_the_next_place():
     ]
     assert told[1:5] == [STILL] * 4
     assert told[6] == pytest.approx((0.1, 0.0, 0.0))
+
+
+def test_what_is_late_or_soon_is_told_apart():
+    places = ToldPlaces()
+    assert not places.is_late(0.0)
+    assert not places.is_soon(0.0)
+    places.report((0.0, 0.0, 0.3), 1.0)
+    assert places.is_late(0.99)
+    # By another clock, or a clock that was set back.
+    assert not places.is_late(0.5)
+    assert places.is_soon(1.015)
+    assert not places.is_soon(1.018)
