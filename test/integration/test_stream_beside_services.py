@@ -107,8 +107,8 @@ def test_clients_that_cannot_be_answered(machine, client, nodes, unfit_node):
     ]
     for caller in callers:
         caller.call_async(harmless_request(caller.srv_type))
-    # Shorter than any answer is kept before it is tried at the price of a gap.
-    client.wait_for(lambda: len(machine.commands) > first[0] + 1000, "commands")
+    # Half as long as an answer is kept before it is tried at the price of a gap: 5 s.
+    client.wait_for(lambda: len(machine.commands) > first[0] + 500, "commands")
     client.wait_for(lambda: "stopping" in machine.states_since(states), "the stop")
     machine.catch_up()
     # Each of the services would hold its node once; a busy computer does so now and then.
