@@ -203,13 +203,14 @@ class CommandedMotion:
     def end_poses(self, now: float) -> None:
         """Move to the last one of poses that came at a rate, if there come no more ``now`` [s]."""
         last = self._poses.place
+        if last is None:
+            return
         late = max(LATE_INTERVALS * self._poses.interval, LATE)
-        late = min(late, self._streams.targets.timeout)
-        target = self._queue.target or self._newest_target.command
-        if last is None or now - self._pose_received < late:
+        if now - self._pose_received < min(late, self._streams.targets.timeout):
             return
         self._poses.forget()
         # Something else may be followed since.
+        target = self._queue.target or self._newest_target.command
         if isinstance(target, Track) and target.position == last:
             # This is no silence: the move may take some cycles to plan.
             self._streams.targets.accept(now)
