@@ -6,7 +6,9 @@ Each carries the data that explains it. The others stand in the rooms that raise
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from enum import IntEnum
+from typing import Any
 
 from tri_glide_kinematics.wording import number_text, unit_question
 
@@ -51,6 +53,15 @@ class KinematicsError(ValueError):
     """
 
     refusal = Refusal.OTHER
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]:
+        """Return what a copy is made of: text and attributes, as a subclass is not given these."""
+        return _copied, (type(self), self.args), self.__dict__
+
+
+def _copied(kind: type[KinematicsError], texts: tuple[Any, ...]) -> KinematicsError:
+    """Return an error of a ``kind`` as ``Exception`` makes it; its attributes are copied after."""
+    return kind.__new__(kind, *texts)
 
 
 class NotFiniteError(KinematicsError):
