@@ -23,7 +23,6 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import JointState
 
-from benchmarks.long_programs import cut
 from benchmarks.machine import processor_time
 from benchmarks.table import print_lines
 from testing import page_reader
@@ -134,6 +133,16 @@ def _wait_for_server(address: str) -> None:
             return
         assert time.monotonic() < end
         time.sleep(0.02)
+
+
+def cut(count: int, feed: int) -> Iterator[str]:
+    """Yield a smooth course of lines of 0.1 mm, as a CAM program has them."""
+    yield f"G21 G90 G64 P0.02\nG1 F{feed}\n"
+    angles = np.arange(1, count - 2) * 1e-4 / 0.05
+    for a in angles.tolist():
+        x, y, z = 50.0 * np.cos(a), 40.0 * np.sin(1.3 * a), 300.0 + 20.0 * np.sin(0.7 * a)
+        yield f"G1 X{x:.4f} Y{y:.4f} Z{z:.4f}\n"
+    yield "M2\n"
 
 
 def _program(panel: Panel, page: Page, file: Path) -> Iterator[tuple[str, str, str]]:

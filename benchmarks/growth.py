@@ -27,7 +27,7 @@ from benchmarks.bench_services import TRACES, mean_time
 from benchmarks.bench_tri_glide import GEOMETRY, positions
 from benchmarks.harness import Missing, NoAnswerError, Work, attempt, pinned_to_one_core
 from benchmarks.machine import ROOT
-from benchmarks.ros_session import Session, pose_at, session
+from benchmarks.ros_session import pose_at, session
 from benchmarks.table import in_seconds, print_lines
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
 from tri_glide_kinematics.tri_glide import TriGlide
@@ -108,7 +108,6 @@ def available_memory() -> float:
 
 STEPS = [10**power for power in range(1, 6)]  # no request may ask for more
 MACHINES = 8  # at most
-MACHINES_IN_ONE_PROCESS = 5  # at most
 MACHINE_TIME = 5.0  # s of motion that are judged
 TARGET_PERIOD = 0.5  # s
 LATE = "late cycles in the last second"
@@ -127,14 +126,6 @@ class MachineLoad(NamedTuple):
     machines: int
     late: list[float]
     rates: list[float]
-
-
-def _start_machine(running: Session, namespace: str, one_process: bool) -> None:
-    if one_process:
-        running.start_module("benchmarks.one_process", [], "one_process", namespace)
-        return
-    for node in ("simulator_node", "ik_node", "fk_node"):
-        running.start_node(node, namespace)
 
 
 def services() -> Iterator[Growth | Missing]:
@@ -169,16 +160,12 @@ def _trace(name: str) -> Growth:
     return growth
 
 
-def machines(most: int = MACHINES, one_process: bool = False) -> Iterator[MachineLoad | Missing]:
+def machines() -> Iterator[MachineLoad | Missing]:
     """Move machines, up to so many, if they start, each with its nodes in its namespace.
 
     More than a computer can start end the curve; one machine it has to start.
-
-    Args:
-        most: number of machines.
-        one_process: whether the nodes of a machine are threads of one process, and not processes.
     """
-    for count in range(1, most + 1):
+    for count in range(1, MACHINES + 1):
         with session() as running:
             reports: dict[str, list[tuple[float, float]]] = defaultdict(list)
 
@@ -192,7 +179,8 @@ def machines(most: int = MACHINES, one_process: bool = False) -> Iterator[Machin
             running.node.create_subscription(DiagnosticArray, "/diagnostics", on_diagnostics, 100)
             publishers = []
             for number in range(count):
-                _start_machine(running, f"/machine_{number}", one_process)
+                for node in ("simulator_node", "ik_node", "fk_node"):
+                    running.start_node(node, f"/machine_{number}")
                 topic = f"/machine_{number}/target_pose"
                 publishers.append(running.node.create_publisher(PoseStamped, topic, 10))
             try:
@@ -302,35 +290,23 @@ def run() -> bool:
     if traces:
         save_services(traces)
 
-    loads = _machines(missing, MACHINES, one_process=False)
-    _machines(missing, MACHINES_IN_ONE_PROCESS, one_process=True)
+    loads = []
+    lines = [("machines, three processes each", "cycles per second", "late cycles")]
+    for load in machines():
+        if isinstance(load, Missing):
+            missing.append(load)
+            continue
+        _say(f"{load.machines} machines")
+        loads.append(load)
+        rates = " ".join(f"{rate:.0f}" for rate in load.rates)
+        late = " ".join(f"{part:.1f} %" for part in load.late)
+        lines.append((str(load.machines), rates, late))
+    print_lines(lines)
     if loads:
         save_machines(loads)
     for row in missing:
         _say(f"no answer: {row.what}: {row.reason}")
     return not any(row.is_failure for row in missing)
-
-
-def _machines(missing: list[Missing], most: int, *, one_process: bool) -> list[MachineLoad]:
-    """Measure and print how many machines run on this computer; return what was found."""
-    found = []
-    head = "machines, one process each" if one_process else "machines, three processes each"
-    lines: list[tuple[str, ...]] = [(head, "cycles per second", "late cycles")]
-    for load in machines(most, one_process):
-        if isinstance(load, Missing):
-            missing.append(load)
-            continue
-        _say(f"{load.machines} {head}")
-        found.append(load)
-        lines.append(
-            (
-                str(load.machines),
-                " ".join(f"{rate:.0f}" for rate in load.rates),
-                " ".join(f"{part:.1f} %" for part in load.late),
-            )
-        )
-    print_lines(lines)
-    return found
 
 
 def _say(text: str) -> None:

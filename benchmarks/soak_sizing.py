@@ -9,12 +9,12 @@ Run it as ``python -m benchmarks.soak_sizing --count 300``; it exits with 1 afte
 
 from __future__ import annotations
 
+import math
 import sys
 
 import numpy as np
 
 from benchmarks.command_line import numbers
-from benchmarks.sizing import random_wish
 from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.sizing import (
@@ -28,7 +28,7 @@ from tri_glide_kinematics.sizing import (
     some_places,
 )
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import Workspace
+from tri_glide_kinematics.workspace import Cylinder, Workspace
 
 PLACES = 1000
 # Around the worst place others are tried, each time in a smaller part of the volume.
@@ -40,6 +40,39 @@ ROUNDING = 1e-9
 
 # Velocities whose squares tell a quadratic form, as pairs of axes.
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+def random_wish(rng: np.random.Generator) -> Wish:
+    """Return a wish, most of which are possible."""
+    extent = float(10.0 ** rng.uniform(-1.3, -0.2))
+    height = extent * float(rng.uniform(0.2, 2.0))
+    volume: Cylinder | Box
+    kind = int(rng.integers(3))
+    if kind == 0:
+        volume = Cylinder(0.0, 0.0, extent, 0.0, height)
+    elif kind == 1:
+        width = extent * float(rng.uniform(0.3, 1.0))
+        volume = Box((-extent, -width, 0.1), (extent, width, 0.1 + height))
+    else:
+        volume = Box((0.1 * extent, 0.0, 0.0), (0.8 * extent, 0.9 * extent, height))
+
+    def perhaps(low: float, high: float) -> float | None:
+        return float(rng.uniform(low, high)) if rng.random() < 0.5 else None
+
+    return Wish(
+        volume,
+        speed=float(rng.uniform(0.2, 2.0)),
+        acceleration=float(rng.uniform(2.0, 40.0)),
+        payload=float(rng.uniform(0.0, 2.0)),
+        arm_density=float(rng.uniform(0.1, 3.0)),
+        platform_radius=extent * float(rng.uniform(0.2, 0.6)),
+        platform_resolution=perhaps(1.4e-5, 4e-5),
+        largest_force=perhaps(60.0, 300.0),
+        largest_column_height=perhaps(2.0 * extent + height, 6.0 * extent + height),
+        max_condition_number=float(rng.uniform(2.0, 8.0)),
+        least_arm_angle=math.radians(float(rng.uniform(10.0, 30.0))),
+        orientation=float(rng.uniform(0.0, 2.0)),
+    )
 
 
 def random_places(wish: Wish, rng: np.random.Generator, count: int = PLACES) -> FloatArray:
