@@ -1,4 +1,6 @@
-"""Paths without a stop: how near the optimum their timing is, what limits it uses, what it costs.
+"""Paths without a stop: how near the optimum their timing is, and what it costs.
+
+Whether they keep all limits is judged by ``soak_paths``, how calm they are by ``bench_smoothness``.
 
 Run it as ``python -m benchmarks.bench_paths --count 100`` for more random paths than the table of
 all benchmarks has.
@@ -8,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -16,12 +17,9 @@ import numpy as np
 from benchmarks.command_line import numbers
 from benchmarks.judge import LIMITS, MACHINE
 from benchmarks.references import square_optimum
-from benchmarks.soak import engine_at
 from benchmarks.table import Row, print_rows
-from testing.jerk_on_paths import chatter, circle, polyline, square
 from testing.pieces import timed
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion import MotionPhase
 from tri_glide_kinematics.motion.errors import MotionError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path import PlatformPath
@@ -48,11 +46,6 @@ SQUARE = np.array(
 )  # m
 SQUARE_TOLERANCE = 1e-3  # m
 SQUARE_STEPS = 160  # in time, of the linear program: 240 find 0.6 % less
-CIRCLES = (0.01, 0.02, 0.04, 0.06)  # radii [m]
-SPEEDS = (0.03, 0.05, 0.1, 0.2, 0.3, 0.4)  # m/s
-JERKS = (200.0, 1000.0, 5000.0, 20_000.0, 50_000.0, 100_000.0, 1e6)  # m/s^3
-COARSE_STEPS = (4, 20, 50, 300)  # ms
-COARSE_JERK = 5000.0  # m/s^3
 LOWER, UPPER = (-0.12, -0.12, 0.25), (0.12, 0.12, 0.35)  # m
 
 
@@ -84,13 +77,10 @@ def run(count: int = 12) -> bool:
 
 
 def rows(count: int) -> Iterable[Row]:
-    """Yield times, uses of limits and costs."""
+    """Yield times and costs."""
     yield from _random_rows(count)
     yield from _square_rows()
     yield from _dense_rows()
-    yield from _chatter_rows()
-    yield from _jerk_rows()
-    yield from _coarse_rows()
 
 
 def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
@@ -144,7 +134,7 @@ def _random_path(chance: np.random.Generator) -> PlatformPath:
 
 
 def _random_rows(count: int) -> Iterable[Row]:
-    """Yield how random paths compare with the reference, and their use of limits."""
+    """Yield how random paths compare with the reference."""
     chance = np.random.default_rng(12)
     drives = []
     ratios = []
@@ -152,7 +142,7 @@ def _random_rows(count: int) -> Iterable[Row]:
     for _ in range(count):
         path = _random_path(chance)
         driven = drive(path)
-        drives.append((path, driven))
+        drives.append(driven)
         if least_time is not None:
             curve = PathHeights(path.driven, DEFAULT_GEOMETRY)
             ratios.append(driven.duration / least_time(curve, driven.motion, LIMITS))
@@ -160,27 +150,13 @@ def _random_rows(count: int) -> Iterable[Row]:
         what = f"time of {count} random paths over copp-py's TOPP3"
         yield Row.at_most(f"{what}, median", float(np.median(ratios)), 1.05, ".4f")
         yield Row.at_most(f"{what}, 99 %", float(np.quantile(ratios, 0.99)), 1.25, ".4f")
-    uses = np.max([driven.uses for _, driven in drives], axis=0)
-    for name, use in zip(("velocity", "acceleration", "jerk"), uses.tolist()):
-        yield Row(f"{name} by bounds, part of the limit", f"{use:.6f}", "1", use <= 1.0 + 1e-8)
-    differences = np.max([differences_of(*each) for each in drives], axis=0)
-    for name, use, more in zip(
-        ("velocity", "acceleration", "jerk"), differences.tolist(), (1e-6, 1e-6, 1e-3)
-    ):
-        yield Row(
-            f"{name} by differences at 1 kHz, part of the limit",
-            f"{use:.6f}",
-            f"1 + {more:g}",
-            use <= 1.0 + more,
-        )
-    yield _broken("", [driven for _, driven in drives])
+    yield _broken(drives)
 
 
-def _broken(what: str, drives: Sequence[Drive]) -> Row:
+def _broken(drives: Sequence[Drive]) -> Row:
     """Return the row of windows that could not be continued."""
     broken, windows = (sum(counts) for counts in zip(*(drive[-2:] for drive in drives)))
-    what = f"{what}windows that could not be continued"
-    return Row(what, f"{broken} of {windows}", "0", broken == 0)
+    return Row("windows that could not be continued", f"{broken} of {windows}", "0", broken == 0)
 
 
 def differences_of(path: PlatformPath, driven: Drive) -> FloatArray:
@@ -228,111 +204,7 @@ def _dense_rows() -> Iterable[Row]:
     each = 1e3 * driven.planning / 10_000
     yield Row.at_most("planning per segment of 10,000 segments of 0.1 mm", each, 1.0, unit=" ms")
     yield Row.at_most("longest piece of planning", 1e3 * driven.longest, 2.0, ".2f", " ms")
-    yield _broken("", [driven])
-
-
-def _chatter_rows() -> Iterable[Row]:
-    """Yield how calm the jerk is where paths ask for a speed (``testing/jerk_on_paths.py``)."""
-    shapes: list[tuple[Callable[[float | None], PlatformPath], int]] = []
-    # A path has so many corners; the places where it begins and ends count as one.
-    for radius in CIRCLES:
-        shapes.append((partial(circle, radius), 1))
-    for side, tolerance in ((0.04, 1e-3), (0.04, 2e-4), (0.08, 1e-3)):
-        shapes.append((partial(square, side, tolerance=tolerance), 4))
-    for seed in (1, 2, 3, 4):
-        shapes.append((partial(polyline, seed), 7))
-    for name, speeds in (("0.03 to 0.4 m/s", SPEEDS), ("full speed", (None,))):
-        fast, turns, most, drives = [], [], [], []
-        for speed in speeds:
-            for shape, corners in shapes:
-                path = shape(speed)
-                driven = drive(path)
-                curve = PathHeights(path.driven, DEFAULT_GEOMETRY)
-                found = chatter(curve, driven.motion, LIMITS)
-                fast.append(found.fast)
-                turns.append(found.turns / driven.duration)
-                most.append(found.turns / max(20.0 * driven.duration, 6.0 * corners))
-                drives.append(driven)
-        what = f"circles, squares and polylines, {name}: "
-        median, largest = float(np.median(fast)), max(fast)
-        over = sum(part > 1.0 for part in most)
-        told = (
-            Row(
-                f"{what}energy of the jerk above 100 Hz, median; most",
-                f"{100 * median:.1f} %; {100 * largest:.1f} %",
-                "5 %; 10 %",
-                median <= 0.05 and largest <= 0.1,
-            ),
-            Row.at_most(
-                f"{what}sign changes of the jerk per second, median",
-                float(np.median(turns)),
-                20.0,
-                ".1f",
-            ),
-            Row(
-                f"{what}more than 20 a second and than six a corner",
-                f"{over} of {len(most)}",
-                "0",
-                over == 0,
-            ),
-        )
-        for row in told:
-            yield row if speeds is SPEEDS else row._replace(goal="-", is_reached=None)
-        yield _broken(what, drives)
-
-
-def _jerk_rows() -> Iterable[Row]:
-    """Yield what more jerk than before costs: times, and processor time."""
-    paths = [circle(radius) for radius in CIRCLES]
-    paths += [square(0.04), polyline(1), polyline(2), circle(0.04, 0.1)]
-    times = np.empty((len(JERKS), len(paths)))
-    drives: list[Drive] = []
-    for i, jerk in enumerate(JERKS):
-        limits = SliderLimits.uniform(1.0, 10.0, jerk)
-        for j, path in enumerate(paths):
-            driven = drive(path, limits)
-            times[i, j] = driven.duration
-            drives.append(driven)
-    lower = np.minimum.accumulate(times, axis=0)[:-1]
-    ratio = float((times[1:] / lower).max())
-    until = f"jerk limits from {JERKS[0]:g} to {JERKS[-1]:g} m/s^3"
-    yield Row.at_most(f"{until}: time over the best of all lower ones, most", ratio, 1.01, ".4f")
-    of_circle = ", ".join(f"{value:.3f}" for value in times[:, CIRCLES.index(0.04)])
-    yield Row("the same, time of a circle of 40 mm radius at full speed", f"{of_circle} s")
-    worst = max(float(driven.uses.max()) for driven in drives)
-    yield Row(f"{until}: bounds, part of the limits", f"{worst:.6f}", "1", worst <= 1.0 + 1e-8)
-    costs = [driven.planning / driven.duration for driven in drives]
-    told = f"{np.median(costs):.2f} s; {max(costs):.2f} s"
-    yield Row(f"{until}: planning per second of motion, median; most", told)
-    yield _broken(f"{until}: ", drives)
-
-
-def _coarse_rows() -> Iterable[Row]:
-    """Yield how far setpoints of long steps are from those of short ones at the same times."""
-    fine = _stepped(1)
-    worst, compared = 0.0, 0
-    for step in COARSE_STEPS:
-        coarse = _stepped(step)[:-1]
-        worst = max(worst, float(np.abs(coarse - fine[::step][: len(coarse)]).max()))
-        compared += len(coarse)
-    steps = ", ".join(f"{step}" for step in COARSE_STEPS)
-    what = f"circle in steps of {steps} ms: from those of 1 ms at {compared} times, most"
-    yield Row.at_most(what, worst, 1e-12, ".1g", " m")
-
-
-def _stepped(step: int) -> FloatArray:
-    """Return the heights on a circle of 40 mm radius, from rest to rest. Shape (n, 3) [m].
-
-    Args:
-        step: length of each step [ms].
-    """
-    limits = SliderLimits.uniform(1.0, 10.0, COARSE_JERK)
-    moving = engine_at((0.04, 0.0, 0.3), limits)
-    moving.follow(circle(0.04))
-    heights = [moving.state.heights]
-    while moving.phase is not MotionPhase.IDLE:
-        heights.append(moving.step(step * PERIOD).heights)
-    return np.array(heights)
+    yield _broken([driven])
 
 
 if __name__ == "__main__":

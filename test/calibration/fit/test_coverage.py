@@ -1,4 +1,4 @@
-"""The intervals that are told hold the truth; 200 of each in benchmarks/calibration_coverage.py."""
+"""The intervals that are told hold the truth."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from soak import some
 
-from benchmarks.calibration_coverage import CASES, changed, coverage, seven_touches
+from testing.calibration_coverage import CASES, changed, coverage, seven_touches
 from testing.wrong_machines import NOMINAL, RADIUS, TOUCH, WRONG_BY, drawn, ring
 from tri_glide_kinematics.calibration.fit import (
     MachineParameters,

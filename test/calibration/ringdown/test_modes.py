@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from soak import many, some
 
-from benchmarks.ringdown import ACCELERATIONS, NEAR, POSITIONS, WIDE, tally
+from testing.mode_tally import ACCELERATIONS, NEAR, POSITIONS, WIDE, tally
 from testing.swings import NOISE, Measuring
 from tri_glide_kinematics.calibration.ringdown import NotKnown, Recording, find_modes
 from tri_glide_kinematics.motion.shaping import Mode
@@ -40,7 +40,7 @@ def recorded(values: np.ndarray, times: np.ndarray = TIMES, noise: float = NOISE
 )
 @pytest.mark.parametrize("ratios", [WIDE, NEAR], ids=["wide", "near"])
 def test_two_modes_are_found_as_exactly_as_is_said(measuring, ratios):
-    """With drift and 1 % of the samples missing; 200 of each are rows of benchmarks/ringdown.py."""
+    """With drift and 1 % of the samples missing."""
     found = tally(measuring, ratios, COUNT, seed=7)
     assert 0.9 <= found.coverage <= 1.0
     assert found.covered == found.one

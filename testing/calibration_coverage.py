@@ -1,19 +1,12 @@
-"""How often the truth lies inside the 95 % intervals that calibrations tell.
-
-``python -m benchmarks.calibration_coverage`` prints the table; ``--count 20`` for a quick look.
-"""
+"""How often the truth lies inside the 95 % intervals that calibrations tell."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.command_line import numbers
-from benchmarks.machine import description
-from benchmarks.table import print_lines
 from testing.wrong_machines import NOMINAL, RADIUS, WRONG_BY, WrongMachine, ring
 from tri_glide_kinematics.calibration.fit import (
     Calibration,
@@ -65,18 +58,12 @@ class Coverage:
 
     Attributes:
         inside: part of the errors inside their 95 % interval.
-        error: root mean square [m].
-        told: root mean square of the standard deviations [m].
         dropped: calibrations that leave out a measurement, all of which are good.
-        warned: calibrations with a warning.
         refused: calibrations that are not valid.
     """
 
     inside: float
-    error: float
-    told: float
     dropped: int
-    warned: int
     refused: int
 
 
@@ -172,28 +159,6 @@ def coverage(case: Case, count: int, seed: int = 1) -> Coverage:
     inside = np.abs(errors) <= INTERVAL * np.array(told)
     return Coverage(
         float(inside.mean()),
-        float(np.sqrt(np.square(errors).mean())),
-        float(np.sqrt(np.square(told).mean())),
         sum(bool(one.outliers) for one in results),
-        sum(bool(one.warnings) for one in results),
         sum(one.is_contradicted for one in results),
     )
-
-
-def main() -> None:
-    """Measure and print the table."""
-    count = 200, "machines of each case"
-    options = numbers(__doc__, count=count, seed=(1, "of machines and noise"))
-    print(description(), flush=True)
-    rows = [("case", "inside", "error", "told (1 sd)", "a good one dropped", "warned", "not valid")]
-    for case in CASES:
-        found = coverage(case, options.count, options.seed)
-        errors = (f"{1e6 * found.error:.1f} µm", f"{1e6 * found.told:.1f} µm")
-        counts = (str(found.dropped), str(found.warned), str(found.refused))
-        rows.append((case.name, f"{100.0 * found.inside:.1f} %", *errors, *counts))
-        print("  ".join(rows[-1]), file=sys.stderr, flush=True)
-    print_lines(rows)
-
-
-if __name__ == "__main__":
-    main()
