@@ -14,25 +14,16 @@ from pathlib import Path
 from types import CodeType, FrameType
 
 import tri_glide_kinematics
-from benchmarks.judge import CONFIGURED, LIMITS, WORKSPACE
+from benchmarks.judge import LIMITS, WORKSPACE
 from benchmarks.table import print_lines
-from tri_glide_kinematics.control import (
-    IDLE,
-    MOVING,
-    InPositionBounds,
-    MotionController,
-    OperatingState,
-    Streams,
-    SupervisionBounds,
-    Supervisor,
-)
+from testing.controllers import PERIOD, controller_of
+from tri_glide_kinematics.control import IDLE, MOVING, OperatingState
 from tri_glide_kinematics.motion import MotionEngine
 from tri_glide_kinematics.vectors import Vector3
 
 PACKAGE = str(Path(tri_glide_kinematics.__file__).parent)
 CYCLES = 50  # that are counted
 BEFORE = 50  # cycles before that, in which a move is planned, and a target is reached
-PERIOD = 0.002  # s
 HOME = (0.6, 0.6, 0.6)  # m, heights
 TARGET = (0.05, 0.03, 0.3)  # m
 # Most calls in a cycle that are wanted.
@@ -46,17 +37,7 @@ class Machine:
 
     def __init__(self) -> None:
         """Lead from home."""
-        self.controller = MotionController(
-            MotionEngine(WORKSPACE, LIMITS, in_pieces=True),
-            Supervisor(SupervisionBounds(0.2, 0.02, 0.05, (1.0,) * 3), ("a", "b", "c")),
-            period=PERIOD,
-            streams=Streams.with_timeouts(0.1, 0.3),
-            in_position_bounds=InPositionBounds(0.0005, 0.02, 0.5, 0.005),
-            start_disabled=False,
-            travel=(CONFIGURED.lower_heights, CONFIGURED.upper_heights),
-            on_change=lambda status: None,
-            on_refusal=lambda text, refusal: None,
-        )
+        self.controller = controller_of(MotionEngine(WORKSPACE, LIMITS, in_pieces=True))
         self._now = 0.0
         self._heights: Vector3 = HOME
         self.controller.measured(HOME, self._now)

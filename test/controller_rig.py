@@ -4,30 +4,26 @@ from __future__ import annotations
 
 from functools import partial
 
-from tri_glide_kinematics.control import (
-    InPositionBounds,
-    MotionController,
-    Streams,
-    SupervisionBounds,
-    Supervisor,
+# What tests of controllers need, too, they find here.
+from testing.controllers import (  # noqa: F401
+    IN_POSITION,
+    LOWER,
+    MEASURED_TIMEOUT,
+    PERIOD,
+    TARGET_TIMEOUT,
+    TWIST_TIMEOUT,
+    UPPER,
+    controller_of,
+    supervisor,
 )
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
-PERIOD, TWIST_TIMEOUT, MEASURED_TIMEOUT = 0.002, 0.1, 0.2
-TARGET_TIMEOUT = 0.3
 HOME = (0.6, 0.6, 0.6)
-LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 TARGET = (0.05, 0.03, 0.3)
-IN_POSITION = InPositionBounds(tolerance=0.0005, settling_time=0.02, timeout=0.5, error_limit=0.005)
-
-
-def supervisor():
-    bounds = SupervisionBounds(MEASURED_TIMEOUT, 0.02, 0.05, (1.0, 1.0, 1.0))
-    return Supervisor(bounds, ("slider_1", "slider_2", "slider_3"))
 
 
 def engine(kind=MotionKind.SLIDER, in_pieces=False):
@@ -49,16 +45,11 @@ class Rig:
         self.offset = 0.0  # m, of the first slider from its command
         self.heights = start
         self.engine = engine(kind, in_pieces)
-        self.controller = MotionController(
+        self.controller = controller_of(
             self.engine,
-            supervisor(),
-            period=PERIOD,
-            streams=Streams.with_timeouts(TWIST_TIMEOUT, TARGET_TIMEOUT),
-            in_position_bounds=IN_POSITION,
+            self.statuses.append,
+            lambda text, refusal: self.refusals.append(text),
             start_disabled=start_disabled,
-            travel=(LOWER, UPPER),
-            on_change=self.statuses.append,
-            on_refusal=lambda text, refusal: self.refusals.append(text),
         )
 
     @property

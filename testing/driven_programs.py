@@ -7,14 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from testing import path_samples
+from testing.controllers import LOWER, PERIOD, UPPER, controller_of
 from testing.program_writer import PLANES, Piece, WrittenProgram
-from tri_glide_kinematics.control import (
-    InPositionBounds,
-    MotionController,
-    Streams,
-    SupervisionBounds,
-    Supervisor,
-)
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
@@ -26,8 +20,6 @@ from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
-PERIOD = 0.002  # s
-LOWER, UPPER = (0.3, 0.3, 0.3), (0.9, 0.9, 0.9)  # m
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 WORKSPACE = Workspace(MACHINE, WorkspaceLimits(LOWER, UPPER, 0.005, 6.0))
@@ -109,17 +101,7 @@ def _drive_run(
     engine = MotionEngine(WORKSPACE, LIMITS, kind=MotionKind.LINEAR, in_pieces=True)
     engine.set_shaper(shaper)
     refusals: list[str] = []
-    controller = MotionController(
-        engine,
-        Supervisor(SupervisionBounds(0.2, 0.02, 0.05, (1.0,) * 3), ("a", "b", "c")),
-        period=PERIOD,
-        streams=Streams.with_timeouts(0.1, 0.3),
-        in_position_bounds=InPositionBounds(0.0005, 0.02, 0.5, 0.005),
-        start_disabled=False,
-        travel=(LOWER, UPPER),
-        on_change=lambda status: None,
-        on_refusal=lambda text, refusal: refusals.append(text),
-    )
+    controller = controller_of(engine, on_refusal=lambda text, refusal: refusals.append(text))
     now = 0.0
     controller.measured(WORKSPACE.check_position(run.start), now)
     # One at each joint besides those of the program.
