@@ -15,7 +15,6 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from statistics import median
 from urllib.error import URLError
-from urllib.parse import urlsplit
 from urllib.request import urlopen
 
 import numpy as np
@@ -30,7 +29,7 @@ from testing.browser import DESKTOP, Browser, Page, browser, find_browser
 from testing.client import Client
 from testing.domain import own_context, own_domain, set_transport
 from testing.ends import run_in_real_time
-from testing.panel import STOP, STRIP, Panel, tab
+from testing.panel import STOP, Panel, tab
 from testing.processes import TIMEOUT, launched
 from tri_glide_kinematics.ros.starting import COMPUTER, executable
 from tri_glide_kinematics.vectors import Vector3
@@ -90,7 +89,6 @@ def run() -> bool:
                 if run_in_real_time(panel.machine.ik.pid):
                     what = "a page drawn here, ik_node in real time"
                     rows.append(_late(what, [_late_part(panel)], without))
-                rows.append(_requests(panel, page))
             client.close()
     return print_lines([HEAD, *rows])
 
@@ -315,16 +313,3 @@ def _late_part(panel: Panel) -> float:
         if entry.key == "late cycles in the last second"
     ]
     return sum(counts) / (500.0 * max(len(counts), 1))
-
-
-def _requests(panel: Panel, page: Page) -> tuple[str, str, str]:
-    """Return which hosts the page has asked for anything, by the browser's own log."""
-    assert page.evaluate(f"!!{STRIP}")
-    hosts = {
-        urlsplit(address.removeprefix("blob:")).netloc
-        for address in page.requests()
-        if not address.startswith("data:")
-    }
-    others = hosts - {urlsplit(panel.address).netloc}
-    text = ", ".join(sorted(others)) or f"none (to its own: {len(page.requests())} requests)"
-    return "requests of the page to other hosts", text, "none"

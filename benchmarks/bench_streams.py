@@ -9,13 +9,12 @@ import math
 import random
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped, TwistStamped
-from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
@@ -23,9 +22,9 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 
 from benchmarks.harness import Missing, attempt
-from benchmarks.ros_session import Session, pose_at, session
+from benchmarks.ros_session import Session, session
 from benchmarks.table import print_lines
-from testing.client import Probe
+from testing.client import Client, Probe
 from testing.taking import taken
 
 RATES = (500.0, 1000.0)  # 1/s
@@ -73,23 +72,24 @@ Command = Callable[[float], Any]
 
 
 class Commander:
-    """A node that sends commands and takes in setpoints, without an executor."""
+    """A node that sends commands and takes in setpoints, without an executor.
+
+    Attributes:
+        has_heard: whether setpoints come.
+    """
 
     def __init__(self, node: Node) -> None:
-        """Publish and listen with ``node``."""
-        self._clock = node.get_clock()
-        self._pose = node.create_publisher(PoseStamped, "target_pose", 10)
-        self._twist = node.create_publisher(TwistStamped, "target_twist", 10)
-        self._state = node.create_publisher(Odometry, "target_state", 10)
+        """Listen with ``node``, and send as a client beside it."""
+        self._client = Client(node.context, "/")
         self._setpoints = node.create_subscription(
             JointState, "joint_commands", self._hear, QoSProfile(depth=5000)
         )
-        self._has_heard = False
+        self.has_heard = False
         self._limits = AsyncParameterClient(node, "ik_node")
         self._chance = random.Random(3)
 
     def _hear(self, _: JointState) -> None:
-        self._has_heard = True
+        self.has_heard = True
 
     def stamps(self) -> list[float]:
         """Return the times of the setpoints that have come in [s]."""
@@ -100,33 +100,24 @@ class Commander:
 
     def twist(self, now: float) -> None:
         """Send a twist that turns."""
-        message = TwistStamped()
         angle = 2.0 * math.pi * TURNS * now
-        message.twist.linear.x = SPEED * math.cos(angle)
-        message.twist.linear.y = SPEED * math.sin(angle)
-        self._twist.publish(message)
+        self._client.send_twist((SPEED * math.cos(angle), SPEED * math.sin(angle), 0.0))
 
     def pose(self, now: float) -> None:
         """Send a place on a circle."""
         angle = 2.0 * math.pi * TURNS * now
-        place = RADIUS * math.cos(angle), RADIUS * math.sin(angle), HEIGHT
-        self._pose.publish(pose_at(place))
+        self._client.send_pose((RADIUS * math.cos(angle), RADIUS * math.sin(angle), HEIGHT))
 
     def random_pose(self, _: float) -> None:
         """Send a place anywhere."""
         x, y = self._chance.uniform(-0.07, 0.07), self._chance.uniform(-0.07, 0.07)
-        self._pose.publish(pose_at((x, y, self._chance.uniform(0.15, 0.3))))
+        self._client.send_pose((x, y, self._chance.uniform(0.15, 0.3)))
 
     def state(self, now: float) -> None:
         """Send the state of a target that moves on a circle."""
-        message = Odometry()
-        message.header.stamp = self._clock.now().to_msg()
         rate = 2.0 * math.pi * TURNS
-        point, linear = message.pose.pose.position, message.twist.twist.linear
-        point.x, point.y = RADIUS * math.cos(rate * now), RADIUS * math.sin(rate * now)
-        point.z = HEIGHT
-        linear.x, linear.y = -rate * point.y, rate * point.x
-        self._state.publish(message)
+        x, y = RADIUS * math.cos(rate * now), RADIUS * math.sin(rate * now)
+        self._client.send_state((x, y, HEIGHT), (-rate * y, rate * x, 0.0))
 
     def limits(self, now: float) -> None:
         """Set other limits, in the middle of moves."""
@@ -135,12 +126,9 @@ class Commander:
         scale = self._chance.uniform(0.3, 1.0)
         self._limits.set_parameters([Parameter("speed_scale", value=scale)])
 
-    @property
-    def is_connected(self) -> bool:
-        """Whether setpoints come, and somebody takes in what is sent."""
-        publishers = (self._pose, self._twist, self._state)
-        listeners = [publisher.get_subscription_count() for publisher in publishers]
-        return self._has_heard and all(listeners)
+    def close(self) -> None:
+        """Send no more."""
+        self._client.close()
 
 
 class Kind(NamedTuple):
@@ -190,11 +178,10 @@ def streams() -> Iterator[tuple[Stream, Stream] | Missing]:
 
 def _measured(rate: float, kind: Kind) -> tuple[Stream, Stream]:
     idle, busy = Stream("nothing", rate), Stream(kind.what, rate)
-    with session() as running:
+    with session() as running, closing(Commander(running.node)) as commander:
         running.start_node("simulator_node", "/")
         running.start_node("ik_node", "/", rate=rate, **(SHAPER if kind.shaped else {}))
-        commander = Commander(running.node)
-        running.spin_until(lambda: commander.is_connected, "the nodes")
+        running.spin_until(lambda: commander.has_heard, "the nodes")
         command = getattr(commander, kind.method)
         for _ in range(ROUNDS):
             idle.add(_drive(running, commander, commander.nothing, kind.interval))
