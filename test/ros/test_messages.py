@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from rclpy.duration import Duration
 from rclpy.time import Time
+from soak import many
 
 from tri_glide_kinematics.errors import (
     KinematicsError,
@@ -139,7 +140,8 @@ def test_target_twist_refused(changes, error, text):
     assert text in str(raised.value)
 
 
-@settings(derandomize=True, database=None)
+@pytest.mark.slow
+@settings(max_examples=many(30), derandomize=True, database=None)
 @given(st.lists(st.floats(), min_size=7, max_size=7), st.text(max_size=5))
 def test_any_pose_is_accepted_or_refused(numbers, frame):
     message = pose(numbers[:3], numbers[3:], frame)

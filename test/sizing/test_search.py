@@ -133,6 +133,7 @@ def least_of_many(wish, objective, rng, count=3000):
 def test_an_impossible_wish_is_told_with_the_nearest_possible_one(monkeypatch, loosened, expected):
     # What comes nearest is not far larger or smaller than the volume.
     monkeypatch.setattr(search, "DIFFERENCES", search.DIFFERENCES[:1])
+    monkeypatch.setattr(search, "ROUNDS", 9)
     wish = replace(WISH, **loosened)
     with pytest.raises(ImpossibleWishError, match="no machine does all that is wished") as caught:
         size(wish)
@@ -186,7 +187,8 @@ def test_a_machine_far_larger_than_the_volume_is_found(far):
         1,
     ),
 )
-def test_a_wish_that_nothing_comes_near_to_is_told_with_its_demand(impossible, demand):
+def test_a_wish_that_nothing_comes_near_to_is_told_with_its_demand(monkeypatch, impossible, demand):
+    monkeypatch.setattr(search, "ROUNDS", 9)
     with pytest.raises(ImpossibleWishError, match=demand.value) as caught:
         size(replace(WISH, **impossible))
     assert size(caught.value.nearest).worst <= 1.0
