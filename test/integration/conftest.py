@@ -37,7 +37,7 @@ LONG = (
     "test_finding_modes",
     "test_drive",
     "test_executables",
-    "test_panel_programs",
+    "test_panel_texts",
     "test_tutorials",
     "test_calibration_node",
     "test_actions",
