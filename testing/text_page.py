@@ -21,6 +21,7 @@ SHOWN = re.compile(r"window\.triGlide\?\.show\((.*)\)")
 SETTINGS = re.compile(r"^const settings = (.*);$", re.MULTILINE)
 # A button of the pad, and other ones that page.js presses: what it does, of what, and its name.
 PAD = re.compile(r'data-(?:hold|press)="([^"]+)"[^>]*>([^<]*)<')
+BUTTON = "GuiButtonMessage"
 RENEWALS = 30  # of a button that is held [1/s]
 
 
@@ -79,6 +80,11 @@ class TextPage:
         words = unescape(re.sub("<[^>]*>", " ", " ".join(html)))
         return " ".join(f"{words} {' '.join(map(str, self.strip.values()))}".split())
 
+    @property
+    def buttons(self) -> list[str]:
+        """The words of all single buttons that are seen."""
+        return [each["props"]["label"] for each in self._shown() if each["type"] == BUTTON]
+
     def value_of(self, label: str) -> Any:
         """Return what stands in the field with a ``label``."""
         return self._labelled(label)["value"]
@@ -94,7 +100,7 @@ class TextPage:
         for control in self._shown():
             if words in control["props"].get("options", ()) and "Group" in control["type"]:
                 return self._press(control["uuid"], words)
-            if control["type"] == "GuiButtonMessage" and control["props"]["label"] == words:
+            if control["type"] == BUTTON and control["props"]["label"] == words:
                 return self._press(control["uuid"])
         return self._press(self._pad(words))
 
