@@ -334,11 +334,6 @@ class Browser:
             targets = json.load(answer)
         return [target for target in targets if target["type"] == "page"]
 
-    @property
-    def is_running(self) -> bool:
-        """Whether it has not ended."""
-        return self.process.poll() is None
-
     def kill(self) -> None:
         """End it at once, as a crash would."""
         with suppress(ProcessLookupError):

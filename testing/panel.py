@@ -162,12 +162,10 @@ class Panel:
         except TimeoutError as error:
             raise TimeoutError(f"{error}: {page.evaluate(f'{STRIP}.innerText')!r}") from error
 
-    def wait_for_words(
-        self, page: Page, part: str, kind: str, timeout: float = PAGE_TIMEOUT
-    ) -> None:
+    def wait_for_words(self, page: Page, part: str, kind: str) -> None:
         """Wait until words of a kind on a ``page`` have a ``part``: refusal, reason or pages."""
         text = f"{STRIP}?.querySelector('.{kind}').textContent.includes({json.dumps(part)})"
-        page.wait_for(text, f"{part!r} on the page", timeout, spin=self.spin)
+        page.wait_for(text, f"{part!r} on the page", spin=self.spin)
 
     def read_until(self, page: TextPage, words: str, timeout: float = TIMEOUT) -> None:
         """Wait until these ``words`` are read on a ``page`` without a browser."""
@@ -181,12 +179,6 @@ class Panel:
             self.client.wait_for(are_read, repr(words), timeout)
         except TimeoutError as error:
             raise TimeoutError(f"{error}: {page.text}") from error
-
-    def click_for_words(self, page: Page, element: str, part: str, kind: str) -> None:
-        """Click on an element, again if need be, until a ``page`` has these words."""
-        self.click_until(
-            page, element, lambda seconds: self.wait_for_words(page, part, kind, seconds)
-        )
 
     def click_until(self, page: Page, element: str, wait: Callable[[float], None]) -> None:
         """Click on an element of a ``page``, again if need be.

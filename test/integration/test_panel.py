@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import TwistStamped
 
-from testing.browser import DESKTOP, PHONE, SMALL, Browser, Page, Pixels, find_browser
+from testing.browser import DESKTOP, SMALL, Browser, Page, Pixels, find_browser
 from testing.panel import HOME, STOP, STRIP, Panel, button, difference, field, pad, tab
 from testing.text_page import TextPage
 from tri_glide_kinematics.control import LEAST_PAUSE
@@ -395,9 +395,13 @@ def test_what_runs_is_in_sight_on_each_tab_and_kept_with_its_time(panel: Panel, 
     page.click(STOP)
     panel.wait_for_state(page, "idle")
     page.click(f"{STRIP}.querySelector('.more')")
-    newest = f"{STRIP}.querySelector('.history li').innerText"
-    page.wait_for(f"{newest}.includes('a stop was asked for')", "the stop", spin=panel.spin)
-    assert re.match(r"\d\d:\d\d:\d\d", page.evaluate(newest))
+    # On a busy computer something else may be told right after it.
+    entry = (
+        f"[...{STRIP}.querySelectorAll('.history li')].slice(0, 3).map((each) => each.innerText)"
+        ".find((text) => text.includes('a stop was asked for'))"
+    )
+    told = page.wait_for(entry, "the stop", spin=panel.spin)
+    assert re.match(r"\d\d:\d\d:\d\d", told)
     page.click(f"{STRIP}.querySelector('.more')")
     page.click(tab("Drive"))
 
@@ -421,7 +425,7 @@ def test_a_page_is_dark_where_its_browser_asks_for_it(panel: Panel, drawn: Page)
 
 
 # The smallest phones and windows, too.
-SIZES = [(360, 640), PHONE, (640, 480), SMALL, DESKTOP]
+SIZES = [(360, 640), (640, 480), SMALL, DESKTOP]
 
 
 def test_state_stop_and_controls_are_in_sight_and_lie_apart(panel: Panel, page: Page) -> None:
