@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import suppress
 from html import unescape
 from threading import Thread
-from types import TracebackType
 from typing import Any
 
 import msgspec
@@ -150,16 +149,7 @@ class TextPage:
     def _send(self, kind: str, **values: object) -> None:
         self._socket.send(msgspec.msgpack.encode({"type": kind, **values}))
 
-    def __enter__(self) -> TextPage:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
         """End the connection."""
         self._socket.close()
         self._reader.join()

@@ -7,6 +7,7 @@ import re
 import signal
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -566,7 +567,7 @@ def take_back(panel: Panel, page: Page) -> None:
 def test_a_frozen_browser_ends_its_jog_and_loses_the_controls(
     panel: Panel, page: Page, chromium: Browser
 ) -> None:
-    with TextPage(panel.address) as other:
+    with closing(TextPage(panel.address)) as other:
         page.press(pad("Y+"))
         panel.wait_for_motion()
         chromium.signal(signal.SIGSTOP)

@@ -8,7 +8,7 @@ import signal
 import stat
 import subprocess
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -103,7 +103,7 @@ def test_a_node_that_dies_is_told_here_and_on_the_page_which_stays(client, tmp_p
         file = tmp_path / "state" / "tri_glide_kinematics" / "panel_token"
         assert address.endswith(f"/?token={file.read_text().strip()}")
         assert stat.S_IMODE(file.stat().st_mode) == 0o600
-        with TextPage(address) as page:
+        with closing(TextPage(address)) as page:
 
             def wait_for_words(words, seen_by=page):
                 client.wait_for(lambda: words in seen_by.text, words)
@@ -118,7 +118,7 @@ def test_a_node_that_dies_is_told_here_and_on_the_page_which_stays(client, tmp_p
             wait_for_words("fk_node has ended: exit code 0")
             # The page offers to start them again; a page without the controls gets nothing by it.
             (start,) = (each for each in page.buttons if each.startswith("Start again"))
-            with TextPage(address) as other:
+            with closing(TextPage(address)) as other:
                 wait_for_words("page 1 has the controls", other)
                 other.click(start)
                 wait_for_words("nothing done, as the controls are with page 1", other)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import signal
 from collections.abc import Iterator
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -45,7 +46,7 @@ PATH = "/program"
 @pytest.fixture(scope="module")
 def first(panel: Panel) -> Iterator[TextPage]:
     """Return the first page, which has the controls."""
-    with TextPage(panel.address) as page:
+    with closing(TextPage(panel.address)) as page:
         yield page
 
 
@@ -65,7 +66,7 @@ def page(panel: Panel, first: TextPage) -> TextPage:
 @pytest.fixture
 def second(panel: Panel) -> Iterator[TextPage]:
     """Return a page that looks on."""
-    with TextPage(panel.address) as page:
+    with closing(TextPage(panel.address)) as page:
         panel.read_until(page, "has the controls")
         yield page
 
