@@ -12,9 +12,8 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 from urllib.request import urlopen
 
@@ -334,11 +333,6 @@ class Browser:
             targets = json.load(answer)
         return [target for target in targets if target["type"] == "page"]
 
-    @property
-    def is_running(self) -> bool:
-        """Whether it has not ended."""
-        return self.process.poll() is None
-
     def kill(self) -> None:
         """End it at once, as a crash would."""
         with suppress(ProcessLookupError):
@@ -349,16 +343,7 @@ class Browser:
         """Send a signal to all of its processes."""
         os.killpg(self.process.pid, number)
 
-    def __enter__(self) -> Browser:
-        """Return itself."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
         """End it."""
         for page in self._pages:
             with suppress(ConnectionClosed, OSError):
@@ -377,5 +362,5 @@ def browser() -> Iterator[Browser]:
     path = find_browser()
     if path is None:
         raise BrowserError(f"none of {', '.join(NAMES)} is installed")
-    with Browser(path) as running:
+    with closing(Browser(path)) as running:
         yield running

@@ -20,7 +20,9 @@ from testing.browser import TIMEOUT as PAGE_TIMEOUT
 from testing.client import Client
 from testing.commands import KINEMATICS
 from testing.machine import Machine
-from testing.processes import Launcher, RunningNode
+from testing.processes import TIMEOUT, Launcher, RunningNode
+from testing.text_page import TextPage
+from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # Only the newest: a browser that draws by the processor leaves little time for anything else.
@@ -29,6 +31,8 @@ NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 CLICKS = 6
 # A jog sends 30 twists in a second: where none has come for so long, none goes on [s].
 QUIET = 0.5
+
+HOME = (0.0, 0.0, 0.25)
 
 CONFIG = Path(__file__).parents[1] / "config"
 
@@ -126,6 +130,26 @@ class Panel:
         if self.machine.state in ("fault", "disabled"):
             self.client.wait_for(lambda: self.client.enable().success, "a machine that may move")
 
+    def bring_home(self) -> None:
+        """Let the machine rest in its middle, at full speed, whatever was before."""
+        self.recover()
+        self.client.set_parameters("ik_node", {"speed_scale": 1.0})
+        self.client.send_pose(HOME)
+        self.wait_until_at(HOME)
+        self.machine.wait_for_state("idle")
+
+    def stop_on_the_way(self, press_stop: Callable[[], object]) -> None:
+        """Press Stop while the machine is on a slow way upwards, and see it brake."""
+        self.client.set_parameters("ik_node", {"speed_scale": 0.02})
+        self.client.send_pose((0.0, 0.0, 0.4))
+        self.wait_for_motion()
+        press_stop()
+        self.client.wait_for(
+            lambda: (self.machine.state, self.machine.cause) == ("idle", Cause.STOP_ASKED),
+            "the stop",
+        )
+        assert self.position[2] < 0.39
+
     def spin(self) -> None:
         """Let a moment pass."""
         self.client.spin_for(0.02)
@@ -138,18 +162,23 @@ class Panel:
         except TimeoutError as error:
             raise TimeoutError(f"{error}: {page.evaluate(f'{STRIP}.innerText')!r}") from error
 
-    def wait_for_words(
-        self, page: Page, part: str, kind: str, timeout: float = PAGE_TIMEOUT
-    ) -> None:
+    def wait_for_words(self, page: Page, part: str, kind: str) -> None:
         """Wait until words of a kind on a ``page`` have a ``part``: refusal, reason or pages."""
         text = f"{STRIP}?.querySelector('.{kind}').textContent.includes({json.dumps(part)})"
-        page.wait_for(text, f"{part!r} on the page", timeout, spin=self.spin)
+        page.wait_for(text, f"{part!r} on the page", spin=self.spin)
 
-    def click_for_words(self, page: Page, element: str, part: str, kind: str) -> None:
-        """Click on an element, again if need be, until a ``page`` has these words."""
-        self.click_until(
-            page, element, lambda seconds: self.wait_for_words(page, part, kind, seconds)
-        )
+    def read_until(self, page: TextPage, words: str, timeout: float = TIMEOUT) -> None:
+        """Wait until these ``words`` are read on a ``page`` without a browser."""
+
+        def are_read() -> bool:
+            # To look after each of the many setpoints would take longer than to wait.
+            self.spin()
+            return words in page.text
+
+        try:
+            self.client.wait_for(are_read, repr(words), timeout)
+        except TimeoutError as error:
+            raise TimeoutError(f"{error}: {page.text}") from error
 
     def click_until(self, page: Page, element: str, wait: Callable[[float], None]) -> None:
         """Click on an element of a ``page``, again if need be.

@@ -37,7 +37,7 @@ LONG = (
     "test_finding_modes",
     "test_drive",
     "test_executables",
-    "test_panel_programs",
+    "test_panel_texts",
     "test_tutorials",
     "test_calibration_node",
     "test_actions",
@@ -130,7 +130,8 @@ def running_machine(ros_context: Context, lasting_machine: Machine) -> Iterator[
 def panel(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Panel]:
     """Start one machine with its panel for all tests of a file: a browser starts slowly here."""
     with shared_nodes(ros_context, tmp_path_factory, "panel") as (client, launcher):
-        yield Panel(client, launcher, tmp_path_factory.mktemp("files"))
+        # More setpoints would only take the processor from the pages.
+        yield Panel(client, launcher, tmp_path_factory.mktemp("files"), rate=100.0)
 
 
 @pytest.fixture(scope="module")

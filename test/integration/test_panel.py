@@ -7,26 +7,26 @@ import re
 import signal
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import closing
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
 from geometry_msgs.msg import TwistStamped
-from std_srvs.srv import SetBool
 
-from testing.browser import DESKTOP, PHONE, SMALL, Browser, Page, Pixels, browser, find_browser
-from testing.panel import STOP, STRIP, Panel, button, difference, field, pad, tab
-from tri_glide_kinematics.control import LEAST_PAUSE, Cause
+from testing.browser import DESKTOP, SMALL, Browser, Page, Pixels, find_browser
+from testing.panel import HOME, STOP, STRIP, Panel, button, difference, field, pad, tab
+from testing.text_page import TextPage
+from tri_glide_kinematics.control import LEAST_PAUSE
 from tri_glide_kinematics.panel.page import PING_PERIOD, SILENT_PERIODS
-from tri_glide_kinematics.programs import PathStep, load_drive
+from tri_glide_kinematics.panel.programs import NO_FILE
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(find_browser() is None, reason="no browser is installed"),
 ]
 
-HOME = (0.0, 0.0, 0.25)
 # Where the machine is drawn, and nothing lies above it.
 SCENE = (slice(60, 340), slice(60, 470))
 # First row of the scene that no words lie above.
@@ -42,36 +42,6 @@ def operator(panel: Panel, chromium: Browser) -> Page:
     return panel.open(chromium.page())
 
 
-Rival = tuple[Browser, Page]
-
-
-@pytest.fixture(scope="module")
-def newest_rival(panel: Panel) -> Iterator[Callable[[], Rival]]:
-    """Return a function that gives the page of another browser, started if none runs."""
-    opened: list[Rival] = []
-    with ExitStack() as browsers:
-
-        def newest() -> Rival:
-            if not (opened and opened[-1][0].is_running):
-                running = browsers.enter_context(browser())
-                opened.append((running, panel.open(running.page())))
-            return opened[-1]
-
-        yield newest
-
-
-@pytest.fixture
-def rival(page: Page, newest_rival: Callable[[], Rival]) -> Iterator[Rival]:
-    """Return a page that looks on, in a browser of its own that may be frozen and killed."""
-    running, second = newest_rival()
-    yield running, second
-    if running.is_running:
-        running.signal(signal.SIGCONT)
-        second.release()
-        if second.evaluate(f"{PAGES}.includes('you have')"):
-            second.click(button("give up"))
-
-
 @pytest.fixture
 def page(panel: Panel, operator: Page) -> Page:
     """Return the operator's page, which has the controls, with the machine at rest in its middle.
@@ -82,10 +52,7 @@ def page(panel: Panel, operator: Page) -> Page:
     operator.release()
     take_back(panel, operator)
     operator.click(tab("Drive"))
-    panel.recover()
-    panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
-    panel.client.send_pose(HOME)
-    panel.wait_until_at(HOME)
+    panel.bring_home()
     panel.wait_for_state(operator, "idle")
     return operator
 
@@ -125,20 +92,8 @@ def test_the_machine_is_drawn_and_moves_by_a_target_of_a_topic(panel: Panel, dra
         panel.spin()
 
 
-def stop_on_the_way(panel: Panel, page: Page) -> None:
-    """Press Stop on a ``page`` while the machine is on a slow way upwards."""
-    panel.client.set_parameters("ik_node", {"speed_scale": 0.02})
-    panel.client.send_pose((0.0, 0.0, 0.4))
-    panel.wait_for_motion()
-    page.click(STOP)
-    panel.client.wait_for(
-        lambda: (panel.machine.state, panel.machine.cause) == ("idle", Cause.STOP_ASKED), "the stop"
-    )
-    assert panel.position[2] < 0.39
-
-
 def test_stop_brakes(panel: Panel, page: Page) -> None:
-    stop_on_the_way(panel, page)
+    panel.stop_on_the_way(lambda: page.click(STOP))
 
 
 def test_escape_stops_too(panel: Panel, page: Page) -> None:
@@ -309,18 +264,6 @@ def choose_step(page: Page, size: str) -> None:
     page.wait_for(f"document.body.innerText.includes('each press moves by {size} mm')", size)
 
 
-def test_steps_add_up(panel: Panel, page: Page) -> None:
-    choose_step(page, "1")
-    for _ in range(2):
-        page.click(pad("Y+"))
-    panel.wait_until_at((0.0, 0.002, 0.25))
-    choose_step(page, "10")
-    page.click(pad("Z−"))
-    panel.wait_until_at((0.0, 0.002, 0.24))
-    page.click(button("hold"))
-    page.wait_for(f"{pad('X+')}?.dataset.hold", "buttons to hold")
-
-
 def test_a_step_that_came_to_nothing_is_not_gone_on_with(panel: Panel, page: Page) -> None:
     choose_step(page, "10")
     panel.client.set_parameters("ik_node", {"speed_scale": 0.005})
@@ -369,46 +312,6 @@ def test_speed_scale(panel: Panel, page: Page) -> None:
     page.wait_for(f"{field('Speed [%]', 0)}.value === '100'", "the scale that another has set")
 
 
-def choose(panel: Panel, page: Page, label: str, choice: str) -> None:
-    """Choose something of a list."""
-    panel.click_choice(page, label, choice)
-    page.wait_for(f"{field(label)}.value === {json.dumps(choice)}", choice, spin=panel.spin)
-
-
-def test_a_shaper_is_switched_and_a_refusal_tells_number_and_bound(
-    panel: Panel, page: Page
-) -> None:
-    show_swing(panel, page)
-    page.wait_for("document.body.innerText.includes('in force: no shaper')", "no shaper")
-    told = "zvd for 18.5 Hz, 4 %"
-    # It goes on for as long as a busy browser takes.
-    panel.client.set_parameters("ik_node", {"speed_scale": 0.003})
-    panel.client.send_pose((0.0, 0.0, 0.4))
-    panel.wait_for_motion()
-    choose(panel, page, "Kind", "zvd")
-    for number, text in enumerate(("18.5", "4")):
-        page.type(field("Mode [Hz, %]", number), text)
-    page.click(button("Set"))
-    waits = f"document.body.innerText.includes('from the next rest on: {told}')"
-    page.wait_for(waits, "a shaper that waits", spin=panel.spin)
-    assert panel.machine.states[-1].shaper_waits
-    for change in ("shaper: none -> zvd", "[15] Hz -> [18.5] Hz", "[0.05] -> [0.04]"):
-        assert change in panel.machine.ik.output
-    panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
-    page.wait_for(f"document.body.innerText.includes('in force: {told}')", "it", spin=panel.spin)
-    assert not panel.machine.states[-1].shaper_waits
-    # All of it or nothing.
-    choose(panel, page, "Kind", "none")
-    page.type(field("Mode [Hz, %]"), "900")
-    page.click(button("Set"))
-    panel.wait_for_words(page, "900 Hz must be at most 500 Hz", "refusal")
-    assert page.evaluate(f"document.body.innerText.includes('in force: {told}')")
-    # What another has set.
-    panel.client.set_parameters("ik_node", {"shaper": "none", "mode_frequencies": [15.0]})
-    page.wait_for(f"{field('Kind')}.value === 'none'", "the shaper that another has set")
-    page.wait_for(f"{field('Mode [Hz, %]')}.value === '15'", "and the frequency")
-
-
 def test_the_swing_is_drawn_while_an_accelerometer_tells_it(panel: Panel, drawn: Page) -> None:
     page = drawn
     show_swing(panel, page)
@@ -426,42 +329,6 @@ def test_the_swing_is_drawn_while_an_accelerometer_tells_it(panel: Panel, drawn:
         assert time.monotonic() < end, "no swing is drawn"
         panel.spin()
     panel.client.set_parameters("simulator_node", {"swing_frequencies": [0.0, 0.0, 0.0]})
-
-
-def test_points_are_taught_driven_paused_and_saved(panel: Panel, page: Page) -> None:
-    page.click(tab("Points"))
-    places = [(0.03, 0.0, 0.25), (0.03, 0.03, 0.27)]
-    rows = "[...document.querySelectorAll('.tri-glide-numbers tr')].filter((e) => e.offsetParent)"
-    # Below the line of titles; some are there if this runs once more.
-    known = max(page.evaluate(f"{rows}.length") - 1, 0)
-    for number, place in enumerate(places, 1):
-        panel.client.send_pose(place)
-        panel.wait_until_at(place)
-        panel.client.spin_for(0.2)
-        panel.client.wait_for(lambda: panel.machine.states[-1].target_reached, "measured rest")
-        panel.client.spin_for(0.2)
-        page.click(button("Teach this position"))
-        count = known + number
-        page.wait_for(f"{rows}.length === {1 + count}", f"{count} points", spin=panel.spin)
-    page.click(button("save"))
-    panel.client.wait_for(panel.points_file.exists, "the file")
-    panel.client.spin_for(0.1)
-    (step,) = load_drive(panel.points_file).steps
-    assert isinstance(step, PathStep)
-    assert step.segments.numbers.reshape(-1, 3)[-2:] == pytest.approx(np.array(places), abs=1e-4)
-    panel.client.send_pose(HOME)
-    panel.wait_until_at(HOME)
-    panel.client.set_parameters("ik_node", {"speed_scale": 0.03})
-    page.click(button("Drive through them"))
-    panel.machine.wait_for_state("moving")
-    page.click(tab("Drive"))
-    page.click(button("pause"))
-    panel.machine.wait_for_state("paused")
-    panel.client.wait_for(lambda: panel.is_at_rest, "rest on the path")
-    assert panel.position[2] < places[-1][2] - 1e-3
-    panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
-    page.click(button("resume"))
-    panel.wait_until_at(places[-1])
 
 
 def test_the_handle_sends_a_target_when_it_is_released(panel: Panel, page: Page) -> None:
@@ -529,9 +396,13 @@ def test_what_runs_is_in_sight_on_each_tab_and_kept_with_its_time(panel: Panel, 
     page.click(STOP)
     panel.wait_for_state(page, "idle")
     page.click(f"{STRIP}.querySelector('.more')")
-    newest = f"{STRIP}.querySelector('.history li').innerText"
-    page.wait_for(f"{newest}.includes('a stop was asked for')", "the stop", spin=panel.spin)
-    assert re.match(r"\d\d:\d\d:\d\d", page.evaluate(newest))
+    # On a busy computer something else may be told right after it.
+    entry = (
+        f"[...{STRIP}.querySelectorAll('.history li')].slice(0, 3).map((each) => each.innerText)"
+        ".find((text) => text.includes('a stop was asked for'))"
+    )
+    told = page.wait_for(entry, "the stop", spin=panel.spin)
+    assert re.match(r"\d\d:\d\d:\d\d", told)
     page.click(f"{STRIP}.querySelector('.more')")
     page.click(tab("Drive"))
 
@@ -555,7 +426,7 @@ def test_a_page_is_dark_where_its_browser_asks_for_it(panel: Panel, drawn: Page)
 
 
 # The smallest phones and windows, too.
-SIZES = [(360, 640), PHONE, (640, 480), SMALL, DESKTOP]
+SIZES = [(360, 640), (640, 480), SMALL, DESKTOP]
 
 
 def test_state_stop_and_controls_are_in_sight_and_lie_apart(panel: Panel, page: Page) -> None:
@@ -637,67 +508,6 @@ def test_long_words_hide_neither_stop_nor_their_own_end(page: Page) -> None:
         assert found["last"][3] <= place[3] + 1.0, size
 
 
-def test_a_second_page_cannot_take_the_controls_unasked(
-    panel: Panel, page: Page, rival: Rival
-) -> None:
-    _, second = rival
-    panel.wait_for_words(second, "page 1 has the controls", "pages")
-    before = panel.position
-    # A page that was just opened does not hear each click.
-    panel.click_for_words(second, button("disable"), "nothing done", "refusal")
-    second.press(pad("X+"))
-    panel.client.spin_for(0.4)
-    second.release()
-    second.click(button("take"))
-    panel.wait_for_words(second, "asked for", "pages")
-    assert panel.position == before
-    assert panel.machine.state == "idle"
-    # Stop is everybody's.
-    stop_on_the_way(panel, second)
-    # Only if the first one gives them up.
-    page.click(button("give up"))
-    panel.wait_for_words(second, "you have the controls", "pages")
-    second.click(button("disable"))
-    panel.machine.wait_for_state("disabled")
-    second.click(button("enable"))
-    panel.machine.wait_for_state("idle")
-
-
-def test_the_teach_mode_is_switched_on_by_any_page_and_off_by_the_one_with_the_controls(
-    panel: Panel, page: Page, rival: Rival
-) -> None:
-    _, second = rival
-    switch, words = field("Teach mode"), "teach mode · at most 250 mm/s"
-
-    def is_on() -> bool:
-        return bool(panel.machine.states[-1].teach_mode)
-
-    def shown(each: Page, on: bool) -> None:
-        each.wait_for(f"{switch}.checked === {json.dumps(on)}", "the box", spin=panel.spin)
-        panel.wait_for_words(each, words if on else "", "limit")
-
-    second.click(switch)
-    panel.client.wait_for(is_on, "the teach mode")
-    shown(page, True)
-    shown(second, True)
-    panel.click_for_words(second, switch, "nothing done", "refusal")
-    # The box goes back, and on other tabs the words are in sight, too.
-    shown(second, True)
-    page.click(tab("Points"))
-    panel.wait_for_words(page, words, "limit")
-    page.click(tab("Drive"))
-    page.click(switch)
-    panel.client.wait_for(lambda: not is_on(), "no teach mode")
-    limit = f"{STRIP}.querySelector('.limit').textContent"
-    for each in (page, second):
-        each.wait_for(f"!{switch}.checked && {limit} === ''", "no teach mode", spin=panel.spin)
-    # What another client has switched.
-    panel.client.call(SetBool, "ik_node/teach_mode", SetBool.Request(data=True))
-    shown(page, True)
-    panel.client.call(SetBool, "ik_node/teach_mode", SetBool.Request(data=False))
-    page.wait_for(f"!{switch}.checked && {limit} === ''", "none again", spin=panel.spin)
-
-
 MAP = "Object.keys(window.__viserSceneTree.getState()).includes('/map')"
 LEGEND = "document.querySelector('.tri-glide-legend')"
 
@@ -731,27 +541,18 @@ def test_a_map_is_a_coloured_plane_with_a_legend(panel: Panel, drawn: Page) -> N
     page.wait_for(f"!({MAP}) && {LEGEND} === null", "no map", spin=panel.spin)
 
 
-def test_keys_of_a_page_without_the_controls_are_not_even_sent(
-    panel: Panel, keys: Page, rival: Rival
-) -> None:
-    _, second = rival
-    second.wait_for(
-        "document.querySelector('[data-key=PageUp]') !== null", "the keys", spin=panel.spin
-    )
+def test_keys_of_a_page_without_the_controls_are_not_even_sent(panel: Panel, keys: Page) -> None:
+    keys.click(button("give up"))
+    panel.wait_for_words(keys, "nobody has the controls", "pages")
     sent = "window.sent = 0; const viser = window.__viserMutable, send = viser.sendMessage;"
-    second.evaluate(f"{{ {sent} viser.sendMessage = (m) => {{ window.sent += 1; send(m); }}; }}")
-    key(second, "keyDown", "PageUp")
+    keys.evaluate(f"{{ {sent} viser.sendMessage = (m) => {{ window.sent += 1; send(m); }}; }}")
+    key(keys, "keyDown", "PageUp")
     panel.client.spin_for(0.3)
-    key(second, "keyUp", "PageUp")
-    assert second.evaluate("window.sent") == 0
+    key(keys, "keyUp", "PageUp")
+    assert keys.evaluate("window.sent") == 0
     assert panel.is_at_rest
-
-
-def hand_over(panel: Panel, giver: Page, taker: Page) -> None:
-    """Have one page give the controls, and another take them."""
-    panel.click_for_words(giver, button("give up"), "nobody has the controls", "pages")
-    panel.wait_for_words(taker, "nobody has the controls", "pages")
-    panel.click_for_words(taker, button("take"), "you have the controls", "pages")
+    keys.click(button("take"))
+    panel.client.wait_for(lambda: keys.evaluate("window.sent") > 0, "what is sent to be counted")
 
 
 def take_back(panel: Panel, page: Page) -> None:
@@ -764,31 +565,53 @@ def take_back(panel: Panel, page: Page) -> None:
 
 
 def test_a_frozen_browser_ends_its_jog_and_loses_the_controls(
-    panel: Panel, page: Page, rival: Rival
+    panel: Panel, page: Page, chromium: Browser
 ) -> None:
-    running, operator = rival
-    hand_over(panel, page, operator)
-    operator.press(pad("Y+"))
-    panel.wait_for_motion()
-    running.signal(signal.SIGSTOP)
-    panel.wait_for_end_of_jog()
-    panel.wait_for_words(page, "nobody has the controls", "pages")
-    running.signal(signal.SIGCONT)
-    # It comes back, with its button pressed, and moves nothing.
-    panel.wait_for_words(operator, "nobody has the controls", "pages")
-    assert panel.is_at_rest
+    with closing(TextPage(panel.address)) as other:
+        page.press(pad("Y+"))
+        panel.wait_for_motion()
+        chromium.signal(signal.SIGSTOP)
+        try:
+            panel.wait_for_end_of_jog()
+            panel.read_until(other, "nobody has the controls")
+        finally:
+            chromium.signal(signal.SIGCONT)
+        # It comes back, with its button pressed, and moves nothing.
+        panel.wait_for_words(page, "nobody has the controls", "pages")
+        assert panel.is_at_rest
 
 
-def test_a_killed_browser_ends_its_jog_and_loses_the_controls(
-    panel: Panel, page: Page, rival: Rival
-) -> None:
-    running, operator = rival
-    hand_over(panel, page, operator)
-    operator.press(pad("Y+"))
-    panel.wait_for_motion()
-    running.kill()
-    panel.wait_for_end_of_jog()
-    panel.wait_for_words(page, "nobody has the controls", "pages")
+PIXELS = "!!window.__viserMutable?.nodeRefFromName?.['/program']"
+
+
+def test_a_program_is_uploaded_seen_and_run(panel: Panel, page: Page, tmp_path: Path) -> None:
+    page.click(tab("Program"))
+
+    def upload(name: str, end: int) -> None:
+        file = tmp_path / name
+        file.write_text(f"G21 G90 G17\nG0 X0 Y0 Z260\nG1 X-20 F6000\nG1 X{end} F600\nM2\n")
+        page.choose_file("[data-upload]", file)
+
+    def wait_for_text(words: str) -> None:
+        found = f"document.body.innerText.includes({json.dumps(words)})"
+        page.wait_for(found, repr(words), spin=panel.spin)
+
+    upload("square.ngc", 60)
+    wait_for_text("-20 to 60 mm")
+    page.wait_for(PIXELS, "the path", spin=panel.spin)
+    page.click(button("run"))
+    wait_for_text("running: line 4 of 5")
+    page.click(button("stop"))
+    wait_for_text("ended: line 4 of 5")
+    assert page.evaluate(f"{field('From line')}.value") == "4"
+    # A file that is called like the choice of none ends no page.
+    upload(NO_FILE, 70)
+    wait_for_text("no file can be called")
+    (panel.programs / NO_FILE).write_bytes((tmp_path / NO_FILE).read_bytes())
+    upload("after.ngc", 80)
+    wait_for_text("-20 to 80 mm")
+    (panel.programs / "after.ngc").unlink()
+    wait_for_text("after.ngc is no longer in the folder")
 
 
 def test_a_killed_panel_ends_its_jog_and_nothing_else(panel: Panel, page: Page) -> None:

@@ -7,12 +7,10 @@ import re
 import signal
 import stat
 import subprocess
-import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
-import msgspec
 import pytest
 from rclpy.parameter_client import AsyncParameterClient
 
@@ -21,7 +19,7 @@ from tri_glide_kinematics.ros.starting import executable
 
 pytest.importorskip("viser")
 
-from testing.page_reader import connected, messages_in
+from testing.text_page import TextPage
 
 NODES = {"simulator_node", "ik_node", "fk_node", "mechanism_node", "panel_node"}
 
@@ -105,29 +103,30 @@ def test_a_node_that_dies_is_told_here_and_on_the_page_which_stays(client, tmp_p
         file = tmp_path / "state" / "tri_glide_kinematics" / "panel_token"
         assert address.endswith(f"/?token={file.read_text().strip()}")
         assert stat.S_IMODE(file.stat().st_mode) == 0o600
-        with connected(address) as page:
-            # Of the button that starts nodes again, whether it is seen.
-            buttons = {}
-            wait_for_words(page, "ramps to rest", buttons)
+        with closing(TextPage(address)) as page:
+
+            def wait_for_words(words, seen_by=page):
+                client.wait_for(lambda: words in seen_by.text, words)
+
+            wait_for_words("ramps to rest")
             os.kill(panel.pid_of("ik_node"), signal.SIGKILL)
-            wait_for_words(page, "ik_node has ended: killed by SIGKILL (signal 9)", buttons)
+            wait_for_words("ik_node has ended: killed by SIGKILL (signal 9)")
             client.wait_for(lambda: "the page stays" in panel.output, "the news")
             assert "panel: ik_node has ended: killed by SIGKILL (signal 9)" in panel.output
             # A second one is told as well.
             os.kill(panel.pid_of("fk_node"), signal.SIGTERM)
-            wait_for_words(page, "fk_node has ended: exit code 0", buttons)
+            wait_for_words("fk_node has ended: exit code 0")
             # The page offers to start them again; a page without the controls gets nothing by it.
-            (uuid,) = [button for button, is_seen in buttons.items() if is_seen]
-            press = {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}}
-            with connected(address) as other:
-                wait_for_words(other, "page 1 has the controls")
-                other.send(msgspec.msgpack.encode(press))
-                wait_for_words(other, "nothing done, as the controls are with page 1")
+            (start,) = (each for each in page.buttons if each.startswith("Start again"))
+            with closing(TextPage(address)) as other:
+                wait_for_words("page 1 has the controls", other)
+                other.click(start)
+                wait_for_words("nothing done, as the controls are with page 1", other)
             assert "is started again" not in panel.output
-            page.send(msgspec.msgpack.encode(press))
+            page.click(start)
             client.wait_for(lambda: panel.output.count("is started again") == 2, "the news")
-            wait_for_words(page, '"color": "ready", "state": "idle"', buttons)
-            wait_until_none_is_seen(page, buttons)
+            wait_for_words("ready idle")
+            client.wait_for(lambda: start not in page.buttons, "no offer")
         assert panel.process.poll() is None
         assert panel.interrupt() == 1
     assert panel.output.rstrip().endswith("all nodes are stopped")
@@ -140,39 +139,3 @@ def test_without_a_page_it_ends_with_an_error_in_a_namespace_of_choice_too(clien
         assert panel.process.wait(TIMEOUT) == 1
     assert "panel: panel_node has ended: killed by SIGSEGV (signal 11)" in panel.output
     assert "| the page: http" in panel.output
-
-
-def wait_for_words(page, words, buttons=None):
-    """Read what is sent to a page until it has these words.
-
-    Args:
-        page: that reads.
-        words: that are waited for.
-        buttons: gets for the button that starts nodes again, by its uuid, whether it is seen.
-    """
-    buttons = {} if buttons is None else buttons
-    end = time.monotonic() + TIMEOUT
-    while not any(words in script for script in read_scripts(page, buttons)):
-        assert time.monotonic() < end, words
-
-
-def wait_until_none_is_seen(page, buttons):
-    """Read what is sent to a page until it shows none of the ``buttons``."""
-    end = time.monotonic() + TIMEOUT
-    while any(buttons.values()):
-        read_scripts(page, buttons)
-        assert time.monotonic() < end, buttons
-
-
-def read_scripts(page, buttons):
-    """Return the scripts of the next messages to a page, and note which ``buttons`` are seen."""
-    scripts = []
-    for message in messages_in(page.recv(TIMEOUT)):
-        if message["type"] == "RunJavascriptMessage":
-            scripts.append(message["source"])
-        elif message["type"] == "GuiButtonMessage":
-            if message["props"]["label"].startswith("Start again"):
-                buttons[message["uuid"]] = message["props"]["visible"]
-        elif message.get("uuid") in buttons and message["type"] == "GuiUpdateMessage":
-            buttons.update({message["uuid"]: message["updates"].get("visible", False)})
-    return scripts

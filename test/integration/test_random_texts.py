@@ -11,14 +11,14 @@ import re
 import pytest
 from integration import test_calibration_node as probing
 from integration import test_drive as driving
-from integration import test_panel as panels
+from integration import test_panel_texts as panels
 from integration.test_calibration_node import shared_calibration
 from integration.test_drive import drive
-from integration.test_panel import operator, page, rival
+from integration.test_panel_texts import first, page, second
 
 from testing.random_texts import VARIABLE
 
-__all__ = ["drive", "operator", "page", "rival", "shared_calibration"]
+__all__ = ["drive", "first", "page", "second", "shared_calibration"]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -66,10 +66,10 @@ class TestDrive:
 class TestPanel:
     pytestmark = panels.pytestmark
 
-    test_stop = staticmethod(panels.test_stop_brakes)
-    test_hold = staticmethod(panels.test_a_held_button_jogs_until_it_is_released)
     test_steps = staticmethod(panels.test_steps_add_up)
     test_pause = staticmethod(panels.test_points_are_taught_driven_paused_and_saved)
+    test_stop = staticmethod(panels.test_a_second_page_cannot_take_the_controls_unasked)
+    test_hold = staticmethod(panels.test_a_page_that_is_cut_off_ends_its_jog_and_loses_the_controls)
 
     def test_the_texts_were_random(self, panel):
         assert is_random(panel.machine)

@@ -1,0 +1,398 @@
+"""The panel by pages that know its texts and controls: programs, steps, points, two pages.
+
+What takes a browser is in ``test_panel.py``: what is drawn, and what a page does by itself.
+"""
+
+from __future__ import annotations
+
+import math
+import signal
+from collections.abc import Iterator
+from contextlib import closing
+
+import numpy as np
+import pytest
+from std_srvs.srv import SetBool
+
+from testing.panel import Panel
+from testing.text_page import RENEWALS, TextPage
+from tri_glide_kinematics.panel.programs import FROM_SETTINGS
+from tri_glide_kinematics.programs import PathStep, load_drive
+
+pytestmark = pytest.mark.slow
+
+# Line 4 takes 4 s; line 6 is driven after the stop.
+SQUARE = """\
+G21 G90 G17 (mm)
+G0 X0 Y0 Z260
+G1 X-20 F6000
+G1 X60 F1200
+M0
+G3 X20 Y0 I-20 J0 F6000
+G1 X0
+M2
+"""
+
+
+def square_to(x: int) -> str:
+    """Return the program with another way to the right [mm]."""
+    return SQUARE.replace("X60", f"X{x}").replace("X20 Y0", f"X{x - 40} Y0")
+
+
+# Name of the drawn path in the scene.
+PATH = "/program"
+
+
+@pytest.fixture(scope="module")
+def first(panel: Panel) -> Iterator[TextPage]:
+    """Return the first page, which has the controls."""
+    with closing(TextPage(panel.address)) as page:
+        yield page
+
+
+@pytest.fixture
+def page(panel: Panel, first: TextPage) -> TextPage:
+    """Return the first page, with the machine at rest in its middle, whatever was before."""
+    first.tab = "Drive"
+    panel.bring_home()
+    panel.read_until(first, "idle")
+    panel.client.wait_for(lambda: "you are" not in first.text, "controls that are free")
+    if "nobody has" in first.text:
+        first.click("take")
+        panel.client.wait_for(lambda: "nobody has" not in first.text, "the controls")
+    return first
+
+
+@pytest.fixture
+def second(panel: Panel) -> Iterator[TextPage]:
+    """Return a page that looks on."""
+    with closing(TextPage(panel.address)) as page:
+        panel.read_until(page, "has the controls")
+        yield page
+
+
+@pytest.fixture
+def operator(page: TextPage) -> TextPage:
+    """Return the first page, which shows the tab of programs."""
+    page.tab = "Program"
+    return page
+
+
+def test_a_file_is_seen_and_checked_and_one_that_is_wrong_tells_its_line(
+    panel: Panel, operator: TextPage
+) -> None:
+    operator.upload("square.ngc", SQUARE)
+    panel.read_until(operator, "-20 to 60 mm")
+    assert (panel.programs / "square.ngc").read_text() == SQUARE
+    assert PATH in operator.nodes
+    operator.click("check")
+    panel.read_until(operator, "duration 0:0")
+    # It holds for the limits of that time.
+    panel.client.set_parameters("ik_node", {"speed_scale": 0.5})
+    panel.read_until(operator, "have changed since the check")
+    panel.read_until(operator, "duration not known before the check")
+    operator.click("check")
+    panel.read_until(operator, "duration 0:0")
+    assert "changed since the check" not in operator.text
+    panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
+    operator.upload("wrong.ngc", "G21\nG1 X0 Y0 Z260 F500\nG1 Xten\nM2\n")
+    panel.read_until(operator, "wrong.ngc: line 3")
+    assert PATH not in operator.nodes
+    operator.upload("far.ngc", "G21\nG1 X0 Y0 Z260 F500\nG1 X900\nM2\n")
+    panel.read_until(operator, "line 3 leads outside the workspace")
+    # The proof does not hide it, neither while it goes on nor afterwards.
+    operator.click("check")
+
+    def is_refused() -> bool:
+        operator.click("run")
+        panel.client.spin_for(0.2)
+        return "nothing begun: line 3" in operator.text
+
+    panel.client.wait_for(is_refused, "the refusal")
+    operator.upload("nul.ngc", bytes(10_000))
+    panel.read_until(operator, "nul.ngc: is no text in UTF-8")
+    operator.upload("empty.ngc", b"")
+    panel.read_until(operator, "empty.ngc is empty")
+    assert not (panel.programs / "empty.ngc").exists()
+    # A file that is gone from the folder is gone from the page.
+    (panel.programs / "nul.ngc").unlink()
+    panel.read_until(operator, "nul.ngc is no longer in the folder")
+
+
+def test_a_program_runs_is_paused_jogged_and_goes_on_where_it_was(
+    panel: Panel, operator: TextPage
+) -> None:
+    operator.upload("square.ngc", SQUARE)
+    panel.read_until(operator, "-20 to 60 mm")
+    operator.click("run")
+    panel.read_until(operator, "running: line 4 of 8")
+    panel.read_until(operator, "G1 X60")
+    operator.click("pause")
+    panel.machine.wait_for_state("paused")
+    panel.client.wait_for(lambda: panel.is_at_rest, "rest on the path")
+    paused = panel.position
+    assert -0.02 < paused[0] < 0.06
+    # Held by a topic: a jog by hand is the same to the machine.
+    for _ in range(20):
+        panel.client.send_twist((0.0, 0.05, 0.0))
+        panel.client.spin_for(0.03)
+    panel.machine.wait_for_state("idle")
+    panel.read_until(operator, "moved while the path was paused")
+    assert panel.position[1] > 0.005
+    positions = []
+    operator.click("go on")
+    panel.client.wait_for(
+        lambda: positions.append(panel.position) or math.dist(paused, positions[-1]) < 1e-3,
+        "the place of the pause",
+    )
+    panel.read_until(operator, "waiting: line 5 of 8")
+    panel.wait_until_at((0.06, 0.0, 0.26))
+    operator.click("go on")
+    panel.read_until(operator, "done: line 8 of 8")
+    panel.wait_until_at((0.0, 0.0, 0.26))
+
+
+def test_a_run_that_is_stopped_goes_on_from_its_line(panel: Panel, operator: TextPage) -> None:
+    operator.upload("stopped.ngc", square_to(61))
+    # The next program begins where this one is: its own range has to be the larger one.
+    panel.read_until(operator, "-20 to 61 mm")
+    operator.click("run")
+    panel.read_until(operator, "running: line 4 of 8")
+    operator.click("stop")
+    panel.read_until(operator, "ended: line 4 of 8")
+    assert operator.value_of("From line") == 4
+    operator.click("run")
+    panel.read_until(operator, "waiting: line 5 of 8")
+    # Stop of the page ends what only waits, too.
+    operator.stop()
+    panel.read_until(operator, "ended: line 5 of 8")
+
+
+def test_single_block_and_override_are_those_of_the_page_and_the_dialect_stays(
+    panel: Panel, operator: TextPage
+) -> None:
+    # Wherever the platform is, line 2 moves it.
+    operator.upload("blocks.ngc", square_to(62).replace("G0 X0", "G0 X7"))
+    panel.read_until(operator, "-20 to 62 mm")
+    operator.click("check")
+    panel.read_until(operator, "duration 0:")
+    operator.set("Single block", True)
+    operator.click("run")
+    operator.set("Override [%]", 200)
+    panel.read_until(operator, "waits: line 3 is next")
+    panel.read_until(operator, "left at 100 %")
+    panel.wait_until_at((0.007, 0.0, 0.26))
+    operator.set("Dialect", "marlin")
+    panel.read_until(operator, "dialect not changed: blocks.ngc runs")
+    panel.client.wait_for(lambda: operator.value_of("Dialect") == FROM_SETTINGS, "the dialect")
+    operator.click("go on")
+    panel.read_until(operator, "waits: line 4 is next")
+    operator.set("Single block", False)
+    operator.click("go on")
+    # F is 20 mm/s.
+    panel.read_until(operator, "40.0 mm/s")
+    operator.set("Override [%]", 100)
+    panel.read_until(operator, "waiting: line 5 of 8")
+    operator.click("stop")
+    panel.read_until(operator, "ended: line 5 of 8")
+
+
+def test_a_file_that_was_replaced_is_read_again(panel: Panel, operator: TextPage) -> None:
+    operator.upload("other.ngc", square_to(65))
+    panel.read_until(operator, "-20 to 65 mm")
+    operator.click("run")
+    panel.read_until(operator, "running: line 4 of 8")
+    operator.upload("other.ngc", square_to(70))
+    panel.read_until(operator, "other.ngc runs as it was")
+    panel.read_until(operator, "what runs is what was read before")
+    operator.click("stop")
+    panel.read_until(operator, "-20 to 70 mm")
+    assert operator.value_of("From line") == 1
+    (panel.programs / "other.ngc").write_text(square_to(75))
+    panel.read_until(operator, "-20 to 75 mm")
+
+
+def test_a_page_that_only_looks_on_may_stop_a_program(
+    panel: Panel, operator: TextPage, second: TextPage
+) -> None:
+    operator.upload("wide.ngc", square_to(61).replace("F1200", "F6000"))
+    panel.read_until(operator, "-20 to 61 mm")
+    operator.click("run")
+    panel.read_until(operator, "waiting: line 5 of 8")
+    second.tab = "Program"
+    panel.read_until(second, "waiting: line 5 of 8")
+    second.click("go on")
+    panel.read_until(second, "nothing done, as the controls")
+    panel.read_until(second, "waiting: line 5 of 8")
+    second.click("stop")
+    panel.read_until(second, "ended: line 5 of 8")
+
+
+# Driving
+
+
+def test_steps_add_up(panel: Panel, page: TextPage) -> None:
+    page.click("1")
+    panel.read_until(page, "each press moves by 1 mm")
+    for _ in range(2):
+        page.click("Y+")
+    panel.wait_until_at((0.0, 0.002, 0.25))
+    page.click("10")
+    panel.read_until(page, "each press moves by 10 mm")
+    page.click("Z−")
+    panel.wait_until_at((0.0, 0.002, 0.24))
+    page.click("hold")
+    panel.read_until(page, "moves while it is held")
+
+
+def test_a_shaper_is_switched_and_a_refusal_tells_number_and_bound(
+    panel: Panel, page: TextPage
+) -> None:
+    page.tab = "Swing"
+    panel.read_until(page, "in force: no shaper")
+    told = "zvd for 18.5 Hz, 4 %"
+    # It goes on for as long as a busy computer takes.
+    panel.client.set_parameters("ik_node", {"speed_scale": 0.003})
+    panel.client.send_pose((0.0, 0.0, 0.4))
+    panel.wait_for_motion()
+    page.set("Kind", "zvd")
+    page.set("Mode [Hz, %]", (18.5, 4.0))
+    page.click("Set")
+    panel.read_until(page, f"from the next rest on: {told}")
+    assert panel.machine.states[-1].shaper_waits
+    for change in ("shaper: none -> zvd", "[15] Hz -> [18.5] Hz", "[0.05] -> [0.04]"):
+        assert change in panel.machine.ik.output
+    panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
+    panel.read_until(page, f"in force: {told}")
+    assert not panel.machine.states[-1].shaper_waits
+    # All of it or nothing.
+    page.set("Kind", "none")
+    page.set("Mode [Hz, %]", (900.0, 4.0))
+    page.click("Set")
+    panel.read_until(page, "900 Hz must be at most 500 Hz")
+    assert f"in force: {told}" in page.text
+    # What another has set.
+    panel.client.set_parameters("ik_node", {"shaper": "none", "mode_frequencies": [15.0]})
+    panel.client.wait_for(lambda: page.value_of("Kind") == "none", "what another has set")
+    panel.client.wait_for(lambda: page.value_of("Mode [Hz, %]")[0] == 15.0, "and the frequency")
+
+
+def test_points_are_taught_driven_paused_and_saved(panel: Panel, page: TextPage) -> None:
+    page.tab = "Points"
+    places = [(0.03, 0.0, 0.25), (0.03, 0.03, 0.27)]
+    for place in places:
+        panel.client.send_pose(place)
+        panel.wait_until_at(place)
+        panel.client.spin_for(0.2)
+        panel.client.wait_for(lambda: panel.machine.states[-1].target_reached, "measured rest")
+        panel.client.spin_for(0.2)
+        page.click("Teach this position")
+        panel.read_until(page, " ".join(f"{1000.0 * part:.2f}" for part in place))
+    page.click("save")
+    panel.read_until(page, "points saved as")
+    (step,) = load_drive(panel.points_file).steps
+    assert isinstance(step, PathStep)
+    assert step.segments.numbers.reshape(-1, 3)[-2:] == pytest.approx(np.array(places), abs=1e-4)
+    panel.bring_home()
+    panel.client.set_parameters("ik_node", {"speed_scale": 0.03})
+    page.click("Drive through them")
+    panel.wait_for_motion()
+    panel.machine.wait_for_state("moving")
+    page.tab = "Drive"
+    page.click("pause")
+    panel.machine.wait_for_state("paused")
+    panel.client.wait_for(lambda: panel.is_at_rest, "rest on the path")
+    assert panel.position[2] < places[-1][2] - 1e-3
+    panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
+    page.click("resume")
+    panel.wait_until_at(places[-1])
+
+
+# Two pages
+
+
+def test_a_second_page_cannot_take_the_controls_unasked(
+    panel: Panel, page: TextPage, second: TextPage
+) -> None:
+    panel.read_until(second, "page 1 has the controls")
+    before = panel.position
+    second.click("disable")
+    panel.read_until(second, "nothing done")
+    for _ in range(10):
+        second.hold("X+")
+        panel.spin()
+    second.click("take")
+    panel.read_until(second, "asked for")
+    assert panel.position == before
+    assert panel.machine.state == "idle"
+    # Stop is everybody's.
+    panel.stop_on_the_way(second.stop)
+    # Only if the first one gives them up.
+    page.click("give up")
+    panel.read_until(second, "you have the controls")
+    second.click("disable")
+    panel.machine.wait_for_state("disabled")
+    second.click("enable")
+    panel.machine.wait_for_state("idle")
+
+
+def test_the_teach_mode_is_switched_on_by_any_page_and_off_by_the_one_with_the_controls(
+    panel: Panel, page: TextPage, second: TextPage
+) -> None:
+    box, words = "Teach mode", "teach mode · at most 250 mm/s"
+
+    def wait_until_all_know(is_on: bool) -> None:
+        panel.client.wait_for(lambda: panel.machine.states[-1].teach_mode == is_on, "ik_node")
+        for each in (page, second):
+            panel.client.wait_for(
+                lambda each=each: (each.value_of(box), words in each.text) == (is_on, is_on),
+                f"{is_on} on a page",
+            )
+
+    second.set(box, True)
+    wait_until_all_know(True)
+    second.set(box, False)
+    panel.read_until(second, "nothing done")
+    # The box goes back.
+    wait_until_all_know(True)
+    page.set(box, False)
+    wait_until_all_know(False)
+    # What another client has switched.
+    for is_on in (True, False):
+        panel.client.call(SetBool, "ik_node/teach_mode", SetBool.Request(data=is_on))
+        wait_until_all_know(is_on)
+
+
+def test_a_page_that_is_cut_off_ends_its_jog_and_loses_the_controls(
+    panel: Panel, page: TextPage, second: TextPage
+) -> None:
+    """The panel sees no more of a browser that is killed."""
+    page.click("give up")
+    panel.read_until(second, "nobody has the controls")
+    second.click("take")
+    panel.read_until(second, "you have the controls")
+
+    def jogs() -> bool:
+        second.hold("Y+")
+        panel.client.spin_for(1.0 / RENEWALS)
+        return panel.position[1] > 0.003
+
+    panel.client.wait_for(jogs, "a jog for as long as it is held")
+    second.cut()
+    panel.wait_for_end_of_jog()
+    panel.read_until(page, "nobody has the controls")
+
+
+# What ends a node
+
+
+def test_a_run_ends_when_another_ik_node_was_started(panel: Panel, operator: TextPage) -> None:
+    operator.upload("square.ngc", SQUARE)
+    panel.read_until(operator, "-20 to 60 mm")
+    operator.click("run")
+    panel.read_until(operator, "running: line 4 of 8")
+    panel.machine.ik.signal(signal.SIGKILL)
+    panel.machine.start_ik(panel.parameters)
+    panel.read_until(operator, "ended: line 4 of 8")
+    panel.read_until(operator, "square.ngc: another ik_node was started")
+    assert operator.value_of("From line") == 4
