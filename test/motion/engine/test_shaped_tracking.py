@@ -140,7 +140,7 @@ def random_run(
 def test_however_a_target_moves_the_limits_hold(machine, shaper, in_pieces):
     heights = random_run(machine, shaper, 5, in_pieces, many(800))
     assert within(heights)
-    assert limit_use(heights).largest[1] > 0.8
+    assert limit_use(heights).largest[1] > 0.7
 
 
 def test_they_would_not_without_the_proof(monkeypatch):
@@ -313,7 +313,7 @@ def test_a_jog_that_turns_is_tracked_and_becomes_straight(in_pieces):
 
 
 @each_mode
-@pytest.mark.parametrize(("step", "seconds"), [(0.0005, 2.0), (0.03, 4.0), (0.1, 4.0)])
+@pytest.mark.parametrize(("step", "seconds"), [(0.0005, 2.0), (0.03, 6.0), (0.1, 12.0)])
 def test_it_ends_on_the_target_whatever_the_steps_of_the_engine_are(step, seconds, in_pieces):
     moving = shaped(in_pieces)
     for number in range(round(seconds / step)):

@@ -137,7 +137,9 @@ class Departure(NamedTuple):
 class Foresight(Protocol):
     """What knows where a tracked target will be, and which velocity will be wanted."""
 
-    def velocity_after(self, dt: float, told: Vector3) -> WantedVelocity:
+    def velocity_after(
+        self, dt: float, told: Vector3, shaper: Shaper | None = None
+    ) -> WantedVelocity:
         """Return which velocity will be wanted in ``dt`` seconds, ``told`` last [m/s]."""
 
     def target_after(self, dt: float, shaper: Shaper | None = None) -> MovingTarget:
@@ -383,7 +385,7 @@ class Jog(Command):
 
     def wanted(self, tracker: Foresight, limits: DriveLimits, dt: float) -> Wanted:
         """Return its velocity, led as it changes, as far as the scale lets it."""
-        (x, y, z), (ax, ay, az) = tracker.velocity_after(dt, self.velocity)
+        (x, y, z), (ax, ay, az) = tracker.velocity_after(dt, self.velocity, limits.shaper)
         scale = limits.speed_scale
         return WantedVelocity(
             (scale * x, scale * y, scale * z), (scale * ax, scale * ay, scale * az)

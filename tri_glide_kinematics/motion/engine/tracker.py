@@ -38,7 +38,7 @@ from tri_glide_kinematics.motion.tracking import (
     WantedVelocity,
 )
 from tri_glide_kinematics.motion.trajectory import TrackedStep, Trajectory
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import Vector3, combined
 from tri_glide_kinematics.workspace import Workspace
 
 # A platform that is nearer to a target when it begins to follow it is there [m].
@@ -144,21 +144,26 @@ class Tracker:
         """
         assert self._target is not None
         if shaper is None:
-            return self._target.at(self._time + dt)
+            return self._target.at(self._time + dt, dt)
         foreseen = dt + shaper.delay
         target = self._target.at(self._time + foreseen, foreseen)
-        (x, y, z), _, (ax, ay, az), *_ = target
-        half = 0.5 * shaper.variance
-        return target._replace(position=(x - half * ax, y - half * ay, z - half * az))
+        half = -0.5 * shaper.variance
+        return target._replace(
+            position=combined(1.0, target.position, half, target.acceleration),
+            velocity=combined(1.0, target.velocity, half, target.jerk),
+        )
 
-    def velocity_after(self, dt: float, told: Vector3) -> WantedVelocity:
+    def velocity_after(
+        self, dt: float, told: Vector3, shaper: Shaper | None = None
+    ) -> WantedVelocity:
         """Return which velocity will be wanted in ``dt`` seconds if it changes as it did.
 
         Without a horizon it is the one that was ``told`` last [m/s].
         """
         if self._velocity is None or not self.follower.horizon > 0.0:
             return WantedVelocity(told)
-        return self._velocity.at(self._time + dt)
+        foreseen = dt if shaper is None else dt + shaper.delay
+        return self._velocity.at(self._time + foreseen, foreseen)
 
     def advance(self, dt: float) -> None:
         """Let ``dt`` seconds pass."""

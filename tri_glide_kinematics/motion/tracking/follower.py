@@ -15,6 +15,7 @@ from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
 from tri_glide_kinematics.motion.tracking.clearance import TRACE_SAMPLES, first_certified
 from tri_glide_kinematics.motion.tracking.moving_target import Wanted, WantedVelocity
 from tri_glide_kinematics.motion.tracking.slider_way import (
+    FEWEST_STEPS,
     SliderWay,
     braking_alone,
     braking_together,
@@ -74,12 +75,15 @@ class Follower:
         limits: SliderLimits,
         period: float,
         samples: int = PREPARED_SAMPLES,
-        horizon: float = 0.0,
+        horizon: float | None = None,
     ) -> Interruptible[TrackedStep | None]:
         """Return the next step, as ``step`` does, from so many ``samples`` of a way at most.
 
-        A step that is prepared is so long that it is its own horizon [s].
+        Steps that are prepared are long: the horizon of each is as long as some of them, unless the
+        one that is set is 0.
         """
+        if horizon is None:
+            horizon = FEWEST_STEPS * period if self.horizon > 0.0 else 0.0
         for used in gentler(limits, state):
             try:
                 with SOUND:

@@ -236,6 +236,7 @@ class MovingTarget(NamedTuple):
         acceleration: zero if it is not known. Shape (3,) [m/s^2].
         lead: how far ahead of it a follower may aim that is to be there with its velocity [m].
         noise: mean error of the position [m] and of the velocity [m/s], as told of late.
+        jerk: with which the acceleration changes. Shape (3,) [m/s^3].
     """
 
     position: Vector3
@@ -243,6 +244,7 @@ class MovingTarget(NamedTuple):
     acceleration: Vector3 = ZERO
     lead: float = inf
     noise: tuple[float, float] = (0.0, 0.0)
+    jerk: Vector3 = ZERO
 
     def after(self, time: float) -> MovingTarget:
         """Return the target some ``time`` later, or earlier if negative, if it goes on so [s]."""
@@ -481,13 +483,23 @@ class TargetMotion:
         lasts = self._lasts + foreseen if self._lasts else 0.0
         changing = min(past, lasts)
         value, rate, bend = self._course
-        velocity, acceleration, _ = self._course.after(changing)
+        velocity, acceleration, jerk = self._course.after(changing)
         place = combined(1.0, self._position, changing, value)
         place = combined(1.0, place, 0.5 * changing * changing, rate)
         place = combined(1.0, place, changing**3 / 6.0, bend)
+        squared = dot(value, value)
+        if squared > 0.0 and changing > 0.0:
+            # What turns or swings goes on to do so: its bend changes against its rate. By a radian
+            # at most: what bends more is no turn.
+            turned = between(-changing * changing * dot(bend, value) / squared, 0.0, 1.0)
+            place = combined(1.0, place, -turned * changing * changing / 24.0, rate)
+            velocity = combined(1.0, velocity, -turned * changing / 6.0, rate)
+            acceleration = combined(1.0, acceleration, -turned / 2.0, rate)
+            jerk = combined(1.0, jerk, -turned / changing, rate)
         if past > lasts:
-            place, acceleration = combined(1.0, place, past - lasts, velocity), ZERO
-        return MovingTarget(place, velocity, acceleration, self._told.lead, self._noise)
+            place = combined(1.0, place, past - lasts, velocity)
+            acceleration = jerk = ZERO
+        return MovingTarget(place, velocity, acceleration, self._told.lead, self._noise, jerk)
 
 
 # A twist is led by this part of itself at most: what turns more from one to the next is no turn.
@@ -532,11 +544,17 @@ class ToldVelocity:
         self._value = self._trend.now.value
         return is_new
 
-    def at(self, time: float) -> WantedVelocity:
-        """Return what is wanted at a ``time`` on the clock of the reports [s]."""
+    def at(self, time: float, foreseen: float = 0.0) -> WantedVelocity:
+        """Return what is wanted at a ``time``.
+
+        Args:
+            time: on the clock of the reports [s].
+            foreseen: how far that is ahead of now; a rate lasts so much longer [s].
+        """
         past, rate = time - self._time, self._trend.now.rate
-        change = self._lasts * hypot(*rate)
-        if not (past <= self._lasts and change > 0.0):
+        lasts = self._lasts + foreseen
+        change = lasts * hypot(*rate)
+        if not (self._lasts and past <= lasts and change > 0.0):
             return WantedVelocity(self._value)
         most = LARGEST_LED * hypot(*self._value) / change
         interval = self._lasts / LASTS

@@ -23,6 +23,7 @@ from operator import mul, sub
 from tri_glide_kinematics.motion.limits import EDGE_CLEARANCE, SliderLimits, SliderState
 from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget
 from tri_glide_kinematics.motion.tracking.slider_way import (
+    FEWEST_STEPS,
     TINY,
     Bounds,
     Setpoint,
@@ -135,18 +136,22 @@ class TargetTracking:
             KinematicsError: if the machine has no pose at the target, a number is not finite, or
                 the target is far away and outside the workspace.
         """
-        position, velocity, acceleration, lead, noise = target
+        position, velocity, acceleration, lead, noise, jerk = target
         machine = self._workspace.machine
         heights, rates, bends, twists = slider_line(machine, position, velocity)
         if any(acceleration):
             _, more = machine.inverse_velocity(position, acceleration)
             bends = bends[0] + more[0], bends[1] + more[1], bends[2] + more[2]
+        if any(jerk):
+            _, more = machine.inverse_velocity(position, jerk)
+            twists = twists[0] + more[0], twists[1] + more[1], twists[2] + more[2]
         own = list(zip(*state))
         wanted = list(zip(heights, rates, bends))
         bounds = list(zip(limits.velocity, limits.acceleration, limits.jerk))
         numbers = list(zip(own, wanted, bounds))
         calm = horizon_of_noise(noise, NEAR * min(limits.jerk)) if horizon > 0.0 else 0.0
-        if self._is_behind:
+        # Few long steps go far beyond what ends meanwhile: each of them has to be near.
+        if self._is_behind or horizon <= FEWEST_STEPS * period:
             near = max(min(horizon, NEAR_HORIZON), calm)
             self._is_behind = not all(
                 is_near(one, other, NEAR * bound[2], period, near) for one, other, bound in numbers
