@@ -25,9 +25,10 @@ from motion_machine import (
 from soak import many
 from strategies import DEFAULT_LIMITS
 
+from benchmarks.followed import calm_of
 from testing.swing_behind import swing
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionEngine, MotionPhase, SliderLimits
+from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformSpeedLimit, SliderLimits
 from tri_glide_kinematics.motion.shaped import LimitBounds
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
@@ -169,6 +170,39 @@ def test_on_a_circle_the_delay_is_led_and_the_error_told(in_pieces):
     # Where the target is now is known from the newest report only.
     assert moving.tracking_distance == pytest.approx(away[-1], abs=5e-6)
     assert within(heights)
+
+
+@pytest.mark.parametrize(
+    ("shaper", "added"),
+    [(SHAPER, ()), (None, (PlatformSpeedLimit(MACHINE, 0.4),))],
+    ids=["shaper", "speed limit"],
+)
+def test_what_is_followed_in_long_steps_is_as_calm_as_it_is_itself(shaper, added):
+    """Each step was on the target at its end, with 15 to 76 times the jerk of the ideal motion."""
+    moving = MotionEngine(
+        Workspace(MACHINE, DEFAULT_LIMITS), LIMITS.with_added(*added), in_pieces=True
+    )
+    moving.start(MACHINE.inverse(CENTRE))
+    moving.set_shaper(shaper)
+    heights = followed(moving, circle, 3.0)
+    ideal = np.array([MACHINE.inverse(circle(step * DT)[0]) for step in range(len(heights))])
+    calm = calm_of(heights[1000:], ideal[1000:], 0.02, 0.0)
+    assert 0.9 < calm.jerk < 1.4
+    assert calm.fast < 3e-3
+    assert calm.turns <= 20.0
+    assert errors(heights, circle)[1000:].max() < 2.5e-5
+
+
+def test_a_twist_that_turns_is_led_by_a_long_step_and_the_delay():
+    """It lagged by 52 ms."""
+    moving, lags = shaped(), []
+    for step in range(3000):
+        if step % 20 == 0:
+            moving.jog(circle(step * DT)[1])
+        go(moving, DT)
+        (vx, vy, _), (wx, wy, _) = platform_velocity(moving), circle((step + 1) * DT)[1]
+        lags.append(math.atan2(vx * wy - vy * wx, vx * wx + vy * wy) / math.pi)
+    assert abs(np.mean(lags[1000:])) < 5e-3
 
 
 def test_a_shaper_takes_most_of_the_swing_out_of_following():

@@ -187,7 +187,8 @@ def way_onto_speed(
 # A step may be on what is followed at once if its jerk is no more than this part of the limit.
 HARDLY_A_JERK = 1e-3
 
-# A horizon that is shorter than so many steps is none: a step is so long already.
+# A horizon that is shorter than so many steps is none: a step is so long already. Steps that are
+# prepared have one of so many steps.
 FEWEST_STEPS = 3.0
 
 
