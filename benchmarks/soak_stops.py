@@ -12,12 +12,15 @@ Each machine has a source of chance of its own: ``--seed S --machine N`` begins 
 
 from __future__ import annotations
 
+import gc
 import math
+import multiprocessing
 import secrets
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import count, islice, product
 from typing import NamedTuple
 
@@ -53,6 +56,9 @@ SIZES = ((0.003, 3.0), (0.3, 100.0), (5.0, 20000.0))
 SPEEDS = (0.0001, 1.0)
 # Stops of one machine, one after the other.
 STOPS = 20
+# A motion is stopped at so many moments, at all but the last in a copy of the process; from one to
+# the next it goes on for so long [s].
+MOMENTS, PAUSES = 12, (PERIOD, 0.3)
 # How often each kind of motion is stopped: following a target takes most of the time.
 WEIGHTS = [0.2 if kind.name == "tracking" else 1.0 for kind in KINDS]
 CHANCES = np.array(WEIGHTS) / sum(WEIGHTS)
@@ -154,12 +160,33 @@ def stops(seed: int, compared: int = 0, first: int = 0) -> Iterator[Stop]:
                 kind.drive(drive)
             except KinematicsError:
                 continue
-            if not rests(drive) and drive.engine.phase is not MotionPhase.STOPPING:
+            for moment in range(MOMENTS):
+                if rests(drive) or drive.engine.phase is MotionPhase.STOPPING:
+                    break
                 number += 1
                 is_compared = bool(compared) and number % compared == 0
-                yield stopped(drive, machine, kind.name, is_compared)
+                stop = partial(stopped, drive, machine, kind.name, is_compared)
+                if moment == MOMENTS - 1:
+                    yield stop()
+                else:
+                    yield in_a_copy(stop)
+                    drive.run(math.exp(rng.uniform(*np.log(PAUSES))))
             if not rests(drive):
                 break
+
+
+def in_a_copy(stop: Callable[[], Stop]) -> Stop:
+    """Return what a ``stop`` shows in a copy of this process, in which the motion goes on."""
+    fork = multiprocessing.get_context("fork")
+    receiver, sender = fork.Pipe(duplex=False)
+    process = fork.Process(target=lambda: sender.send(stop()))
+    process.start()
+    sender.close()
+    try:
+        return receiver.recv()
+    finally:
+        process.join()
+        receiver.close()
 
 
 def rests(drive: Drive) -> bool:
@@ -309,6 +336,8 @@ def main() -> int:
     seed = arguments.seed
     print(f"seed {seed}", flush=True)
     compared = max(arguments.count // COMPARED, 1)
+    # What is there before is not copied for each stop.
+    gc.freeze()
     found = soak(stops(seed, compared, arguments.machine), arguments.count)
     for kind in KINDS:
         ratios = [stop.ratio for stop in found.stops if stop.kind == kind.name]

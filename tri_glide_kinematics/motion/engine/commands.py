@@ -140,7 +140,7 @@ class Foresight(Protocol):
     def velocity_after(
         self, dt: float, told: Vector3, shaper: Shaper | None = None
     ) -> WantedVelocity:
-        """Return which velocity will be wanted in ``dt`` seconds, ``told`` last [m/s]."""
+        """Return which velocity will be wanted in ``dt`` seconds, ``told`` last [m/s]; led."""
 
     def target_after(self, dt: float, shaper: Shaper | None = None) -> MovingTarget:
         """Return where the target will be in ``dt`` seconds; with a ``shaper``, led."""

@@ -140,7 +140,8 @@ class Tracker:
 
         What a ``shaper`` makes of a motion $p$ with a steady acceleration $a$ is
         $p(t - d) + \tfrac12 a s^2$, where $d$ and $s^2$ are mean and variance of the times of its
-        impulses. So the target is led by $d$, and placed $\tfrac12 a s^2$ before.
+        impulses. So the target is led by $d$, and placed $\tfrac12 a s^2$ before; with a jerk its
+        velocity changes likewise.
         """
         assert self._target is not None
         if shaper is None:
@@ -158,7 +159,8 @@ class Tracker:
     ) -> WantedVelocity:
         """Return which velocity will be wanted in ``dt`` seconds if it changes as it did.
 
-        Without a horizon it is the one that was ``told`` last [m/s].
+        With a ``shaper`` it is led by its delay. Without a horizon it is the one that was ``told``
+        last [m/s].
         """
         if self._velocity is None or not self.follower.horizon > 0.0:
             return WantedVelocity(told)
