@@ -15,7 +15,7 @@ from typing import Any
 
 import msgspec
 
-from testing.page_reader import CAMERA, PROTOCOL, connected, messages_in
+from testing.page_reader import CAMERA, PROTOCOL, connected, message, messages_in
 
 # An answer takes a few milliseconds; a busy computer takes longer [s].
 TIMEOUT = 10.0
@@ -24,12 +24,6 @@ LISTENING = 2.0
 TEXT, BINARY, CLOSE = 0x81, 0x82, 0x88
 HANDLE = "/go_to"
 CAMERA_VALUES = {name: value for name, value in CAMERA.items() if name != "type"}
-
-
-def message(kind: str, **values: Any) -> bytes:
-    """Return a message of a page as viser reads it."""
-    packed: bytes = msgspec.msgpack.encode({"type": kind, **values})
-    return packed
 
 
 def go_to(position: tuple[float, float, float]) -> list[bytes]:

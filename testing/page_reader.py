@@ -29,6 +29,12 @@ CAMERA = {
 }
 
 
+def message(kind: str, **values: Any) -> bytes:
+    """Return a message of a page as viser reads it."""
+    packed: bytes = msgspec.msgpack.encode({"type": kind, **values})
+    return packed
+
+
 def connected(address: str) -> ClientConnection:
     """Return a connection to the panel with this ``address``, and be a page that is there."""
     page = connect(

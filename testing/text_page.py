@@ -10,10 +10,9 @@ from html import unescape
 from threading import Thread
 from typing import Any
 
-import msgspec
 from websockets.exceptions import ConnectionClosed
 
-from testing.page_reader import connected, messages_in
+from testing import page_reader
 
 # How page.js is told what stands above the page, and what Stop presses.
 SHOWN = re.compile(r"window\.triGlide\?\.show\((.*)\)")
@@ -40,7 +39,7 @@ class TextPage:
         self.nodes: set[str] = set()
         self._settings: dict[str, Any] = {}
         self._controls: dict[str, dict[str, Any]] = {}
-        self._socket = connected(address)
+        self._socket = page_reader.connected(address)
         # Whoever reads nothing is taken for gone.
         self._reader = Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -48,7 +47,7 @@ class TextPage:
     def _read(self) -> None:
         with suppress(ConnectionClosed):
             for data in self._socket:
-                for message in messages_in(data):
+                for message in page_reader.messages_in(data):
                     self._take(message)
 
     def _take(self, message: dict[str, Any]) -> None:
@@ -147,7 +146,7 @@ class TextPage:
         self._send("GuiUpdateMessage", uuid=uuid, updates={"value": value})
 
     def _send(self, kind: str, **values: object) -> None:
-        self._socket.send(msgspec.msgpack.encode({"type": kind, **values}))
+        self._socket.send(page_reader.message(kind, **values))
 
     def close(self) -> None:
         """End the connection."""
