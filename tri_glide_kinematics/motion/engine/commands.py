@@ -140,7 +140,10 @@ class Foresight(Protocol):
     def velocity_after(
         self, dt: float, told: Vector3, shaper: Shaper | None = None
     ) -> WantedVelocity:
-        """Return which velocity will be wanted in ``dt`` seconds, ``told`` last [m/s]; led."""
+        """Return which velocity will be wanted in ``dt`` seconds, ``told`` last [m/s].
+
+        With a ``shaper`` it is led.
+        """
 
     def target_after(self, dt: float, shaper: Shaper | None = None) -> MovingTarget:
         """Return where the target will be in ``dt`` seconds; with a ``shaper``, led."""

@@ -70,6 +70,11 @@ def step_period(shaper: Shaper | None) -> float:
     return three * max(round(period / three), 1) / max(round(three / period), 1)
 
 
+def _foreseen(dt: float, shaper: Shaper | None) -> float:
+    """Return how far ahead of now is to be foreseen what a ``shaper`` makes in ``dt`` seconds."""
+    return dt if shaper is None else dt + shaper.delay
+
+
 class Tracker:
     """Makes the next step towards a jog or a target; keeps how the target has moved."""
 
@@ -144,10 +149,10 @@ class Tracker:
         velocity changes likewise.
         """
         assert self._target is not None
-        if shaper is None:
-            return self._target.at(self._time + dt, dt)
-        foreseen = dt + shaper.delay
+        foreseen = _foreseen(dt, shaper)
         target = self._target.at(self._time + foreseen, foreseen)
+        if shaper is None:
+            return target
         half = -0.5 * shaper.variance
         return target._replace(
             position=combined(1.0, target.position, half, target.acceleration),
@@ -164,7 +169,7 @@ class Tracker:
         """
         if self._velocity is None or not self.follower.horizon > 0.0:
             return WantedVelocity(told)
-        foreseen = dt if shaper is None else dt + shaper.delay
+        foreseen = _foreseen(dt, shaper)
         return self._velocity.at(self._time + foreseen, foreseen)
 
     def advance(self, dt: float) -> None:

@@ -487,11 +487,9 @@ class TargetMotion:
         place = combined(1.0, self._position, changing, value)
         place = combined(1.0, place, 0.5 * changing * changing, rate)
         place = combined(1.0, place, changing**3 / 6.0, bend)
-        squared = dot(value, value)
-        if squared > 0.0 and changing > 0.0:
-            # What turns or swings goes on to do so: its bend changes against its rate. By a radian
-            # at most: what bends more is no turn.
-            turned = between(-changing * changing * dot(bend, value) / squared, 0.0, 1.0)
+        turned = _turned(value, bend, changing)
+        if turned > 0.0:
+            # It goes on to turn, or to swing: its bend changes against its rate.
             place = combined(1.0, place, -turned * changing * changing / 24.0, rate)
             velocity = combined(1.0, velocity, -turned * changing / 6.0, rate)
             acceleration = combined(1.0, acceleration, -turned / 2.0, rate)
@@ -500,6 +498,17 @@ class TargetMotion:
             place = combined(1.0, place, past - lasts, velocity)
             acceleration = jerk = ZERO
         return MovingTarget(place, velocity, acceleration, self._told.lead, self._noise, jerk)
+
+
+def _turned(value: Vector3, bend: Vector3, time: float) -> float:
+    """Return the square of the angle by which a vector with this ``bend`` turns in a ``time``.
+
+    It is that of a radian at most: what bends more is no turn; 0 where it does not turn [rad^2].
+    """
+    against, squared = -dot(bend, value), dot(value, value)
+    if not (against > 0.0 and squared > 0.0):
+        return 0.0
+    return between(time * time * against / squared, 0.0, 1.0)
 
 
 # A twist is led by this part of itself at most: what turns more from one to the next is no turn.
