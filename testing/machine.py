@@ -19,7 +19,7 @@ JOINTS = ("slider_1", "slider_2", "slider_3")
 # should be silent; then its sliders are late, and jump.
 PATIENCE = {"measured_timeout": 1.0, "jump_limit": 0.1, "tracking_error_limit": 0.3}
 # Below that by default: most of the processor is left to what is tested [1/s].
-RATE = 200.0
+RATE = 100.0
 
 
 class Machine:

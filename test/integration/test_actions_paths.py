@@ -109,9 +109,9 @@ def test_outputs_are_told_at_their_place_and_the_state_tells_where_it_is(bench):
     last = bench.machine.states[-1]
     assert (last.speed, last.way_remaining, last.time_remaining) == (0.0, 0.0, 0.0)
     count, before = len(bench.machine.states), len(bench.machine.commands)
-    bench.client.wait_for(lambda: len(bench.machine.commands) > before + 150, "rest")
+    bench.client.wait_for(lambda: len(bench.machine.commands) > before + 75, "rest")
     assert len(bench.machine.states) == count
-    assert len(places(bench, first)) > 500
+    assert len(places(bench, first)) > 250
 
 
 def test_a_cancelled_path_rests_on_it(bench):

@@ -59,6 +59,22 @@ class Searching:
         self.client.call(ListMeasurements, "calibration_node/list", ListMeasurements.Request())
         return self.asking.call_async(FindModes.Request(**fields))
 
+    def get_going(self, **fields):
+        """Ask until the platform moves, and return the future of the answer.
+
+        A node that has just started may not have heard the machine yet, and refuses.
+        """
+        asked, count = self.ask(**fields), len(self.machine.states)
+
+        def is_moving():
+            nonlocal asked
+            if asked.done():
+                asked = self.ask(**fields)
+            return "moving" in self.machine.states_since(count)
+
+        self.client.wait_for(is_moving, "a search that moves the platform", PATIENCE)
+        return asked
+
     def answer(self, asked):
         self.client.wait_for(asked.done, "the modes", PATIENCE)
         return asked.result()
@@ -146,8 +162,7 @@ class TestOneMachine:
         assert "internal error" not in started.node.output
 
     def test_a_stop_ends_the_search(self, started):
-        asked = started.ask(duration=5.0)
-        started.machine.wait_for_state("moving")
+        asked = started.get_going(duration=5.0)
         busy = started.client.call(
             RecordTouch, "calibration_node/record_touch", RecordTouch.Request()
         )
@@ -170,8 +185,7 @@ class TestOneMachine:
         assert_nothing_moves_on(started.machine)
 
     def test_ctrl_c_ends_the_search_and_the_motion(self, started):
-        asked = started.ask(duration=1.0)
-        started.machine.wait_for_state("moving")
+        asked = started.get_going(duration=1.0)
         started.node.process.send_signal(signal.SIGINT)
         answer = started.answer(asked)
         assert (answer.success, answer.message) == (False, "calibration_node ends")
@@ -181,8 +195,7 @@ class TestOneMachine:
 
     # The last one of this machine.
     def test_a_killed_ik_node_is_told(self, started):
-        asked = started.ask(duration=1.0)
-        started.machine.wait_for_state("moving")
+        asked = started.get_going(duration=1.0)
         started.machine.ik.signal(signal.SIGKILL)
         # What it misses first depends on the computer; test_led_searches.py has the words.
         assert not started.answer(asked).success

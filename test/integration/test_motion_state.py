@@ -13,7 +13,7 @@ from tri_glide_interfaces.msg import MotionState
 
 TARGET = (0.05, -0.03, 0.3)
 OFFSETS = (0.0011, -0.0008, 0.0005)
-RATE = 40.0
+RATE = 50.0
 # Of the encoders, in the worst direction.
 ROUNDING = 3e-6
 

@@ -17,6 +17,8 @@ START, TARGET = (-0.08, 0.05, 0.25), (0.08, -0.05, 0.25)
 GRAVITY = 9.80665  # m/s^2
 # The drives' own setpoints: what the machine does then is the same on a busy computer.
 SWINGING = {
+    # More than twice the frequencies by far.
+    "rate": 200.0,
     "setpoint_period": PERIOD,
     "swing_frequencies": FREQUENCIES,
     "swing_dampings": [0.02],
