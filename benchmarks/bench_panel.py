@@ -146,9 +146,10 @@ def cut(count: int, feed: int) -> Iterator[str]:
 def _program(panel: Panel, page: Page, file: Path) -> Iterator[tuple[str, str, str]]:
     """Upload a program of very many lines, and press Stop while others like it are loaded."""
     page.click(tab("Program"))
-    file.write_text("".join(cut(PROGRAM_LINES, 6000)))
     times = []
     for number in range(PROGRAMS):
+        # What is shown stays if the same program comes again.
+        file.write_text("".join(cut(PROGRAM_LINES, 6000 + number)))
         begin = time.monotonic()
         page.choose_file("[data-upload]", file)
         page.wait_for(f"!{DRAWN}" if number else DRAWN, "a new program", spin=panel.spin)
