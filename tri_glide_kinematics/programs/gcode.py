@@ -1082,6 +1082,9 @@ class _Line:
             if letter in "GM":
                 self._add_command(letter, value, index)
             elif letter in self._words:
+                # M110 sets the number of the line that it stands on.
+                if letter == "N":
+                    continue
                 fail(index, f"{letter} stands twice on this line: make two lines of it")
             else:
                 self._words[letter] = value, index

@@ -8,8 +8,8 @@ from typing import NamedTuple
 from tri_glide_kinematics.programs.settings import Dialect
 
 # So much of a file is looked at: heads hold pictures, and some generators write how they were set
-# into the last lines [bytes].
-HEAD, TAIL = 1 << 21, 1 << 16
+# into the last lines. Comments tell whom they are for in the first ones [bytes].
+HEAD, TAIL, FIRST = 1 << 19, 1 << 16, 1 << 14
 
 # What slicers call the firmware that they write for. Slic3r and those made of it say "reprap" for
 # the older firmware that Marlin was made of; Cura says it for RepRapFirmware.
@@ -28,20 +28,24 @@ _FLAVORS = {
 }
 _FLAVOR_OF_CURA = {**_FLAVORS, "reprap": Dialect.REPRAP}
 _LINE = rb"(?:\A|[\r\n])[ \t]*(?:N[0-9]+[ \t]*)?"
+# A comment that says so in its first words: to look farther in a damaged file takes too long.
+_COMMENT = rb"[;(][^\r\n]{0,100}"
 _OF_SLICER = re.compile(rb";[ \t]*gcode_flavor[ \t]*=[ \t]*([^\r\n]+)")
 _OF_CURA = re.compile(rb";FLAVOR:([^\r\n]+)")
 
-# Behind each what only this dialect has; the first that is found counts.
+# What only one dialect has, where it is looked for; the first that is found counts.
 _SIGNS = (
-    (Dialect.DELTA_X, rb"[;(][^\r\n]*(\bdelta[ _]?x\b)"),
-    (Dialect.KLIPPER, _LINE + rb"([A-Z]+_[A-Z_]+)"),
-    (Dialect.REPRAP, _LINE + rb"(M(?:98|56[678]))\b"),
-    (Dialect.GRBL, _LINE + rb"(\$[A-Z0-9$#]+)"),
-    (Dialect.GRBL, rb"[;(][^\r\n]*\b(grbl)"),
-    (Dialect.MARLIN, _LINE + rb"(M(?:8[234]|20[0-9]|73|900))\b"),
-    (Dialect.MARLIN, _LINE + rb"(?:G92[ \t]*|G0?[0-3]\b[^\r\n;(]*)(E-?[0-9.]+)"),
+    (Dialect.DELTA_X, _COMMENT + rb"\b(delta[ _]?x)\b", FIRST),
+    (Dialect.KLIPPER, _LINE + rb"([A-Z]+_[A-Z_]+)", HEAD),
+    (Dialect.REPRAP, _LINE + rb"(M(?:98|56[678]))\b", HEAD),
+    (Dialect.GRBL, _LINE + rb"(\$[A-Z0-9$#]+)", HEAD),
+    (Dialect.GRBL, _COMMENT + rb"\b(grbl)", FIRST),
+    (Dialect.KLIPPER, _COMMENT + rb"\b(klipper)\b", FIRST),
+    (Dialect.REPRAP, _COMMENT + rb"\b(reprapfirmware)\b", FIRST),
+    (Dialect.MARLIN, _LINE + rb"(M(?:8[234]|20[0-9]|73|900))\b", HEAD),
+    (Dialect.MARLIN, _LINE + rb"(?:G92[ \t]*|G0?[0-3]\b[^\r\n;(]*)(E-?[0-9.]+)", HEAD),
 )
-_PATTERNS = tuple((dialect, re.compile(sign, re.IGNORECASE)) for dialect, sign in _SIGNS)
+_PATTERNS = tuple((dialect, re.compile(sign, re.IGNORECASE), end) for dialect, sign, end in _SIGNS)
 
 
 class Guess(NamedTuple):
@@ -79,8 +83,8 @@ def guess_dialect(data: bytes) -> Guess | None:
                 if name in flavors:
                     sign = found[0].decode().strip()
                     return Guess(flavors[name], _line_at(data, offset + found.start()), sign)
-    for dialect, pattern in _PATTERNS:
-        found = pattern.search(data, 0, HEAD)
+    for dialect, pattern, end in _PATTERNS:
+        found = pattern.search(data, 0, end)
         if found:
             return Guess(dialect, _line_at(data, found.start(1)), found[1].decode())
     return None
