@@ -46,6 +46,8 @@ def test_a_dialect_is_seen_by_what_only_it_has(name):
     "text",
     [
         "%\nO1000\nG21 G90 G64 P0.02\nT1 M6\nG43 H1\nG1 X1 F600\nM30\n%\n",
+        # M73 without a word keeps the modes of a subroutine in LinuxCNC.
+        "M73\nG1 X1 F5\n",
         # Numbers of M that belong to whoever builds a mill.
         "M106\nG4 P2\nM107\n",
         "(E5 M83)\nG1 X1 F5 ; E5\n",
