@@ -7,7 +7,7 @@ are judged by the bounds of the certificate and by differences at 1 kHz.
 Run it as ``python -m benchmarks.soak_paths --count 10000``; it exits with 1 if a path breaks a
 limit or its tolerance, or is not driven to its end.
 
-With ``--programs`` the paths are those of programs of our own writer in its five dialects, read and
+With ``--programs`` the paths are those of programs of our own writer in its dialects, read and
 driven by a controller, each with a speed override that changes at random; judged is besides in
 which cycle each output is told.
 

@@ -15,6 +15,7 @@ CENTRE = np.array((0.0, 0.0, 0.3))
 SIZE = 0.05
 MILLIMETRE, INCH = 1e-3, 25.4e-3
 PRINTING = (Dialect.MARLIN, Dialect.REPRAP, Dialect.KLIPPER)
+MILLING = (Dialect.NIST, Dialect.GRBL)
 
 # Of each plane the two axes in it, and the one along its normal.
 PLANES = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}
@@ -229,8 +230,10 @@ class _Writer:
             lines += ["M117 Layer 3, (X1 of 20%", "M104 S200", "M82", "G92 E0", "M84 E"]
         if self._dialect is Dialect.KLIPPER:
             lines += ["EXCLUDE_OBJECT_START NAME=cube", "set_velocity_limit ACCEL=3000"]
-        if self._dialect is Dialect.NIST:
+        if self._dialect in MILLING:
             lines += ["G40 G80 G94", "M48"]
+        if self._dialect is Dialect.GRBL:
+            lines += ["$X", "$100=250 (steps)"]
         text = self._choice(*lines)
         if text.startswith("G40"):
             self._motion = -1
@@ -277,7 +280,7 @@ class _Writer:
         if np.array_equal(end, self._here):
             return
         rapid = self._chance(0.3)
-        at_speed = not rapid or self._dialect is not Dialect.NIST
+        at_speed = not rapid or self._dialect not in MILLING
         words = self._command(0 if rapid else 1)
         axes = self._words_to(end)
         rest = (self._speed_words() if at_speed else []) + self._extrusion()
@@ -328,7 +331,7 @@ class _Writer:
     def _dwell(self) -> None:
         duration = round(self._rng.uniform(0.0, 2.0), 3)
         self._mean(duration)
-        if self._dialect is Dialect.NIST:
+        if self._dialect in MILLING:
             self._write("G4", f"P{duration:.3f}")
         elif self._chance(0.5) and self._dialect is not Dialect.KLIPPER:
             self._write("G4", f"S{duration:.3f}")
@@ -357,7 +360,7 @@ class _Writer:
         self._mean(Piece(self._here, CENTRE, math.inf, self._tolerance))
         self._write("G28")
         self._here = CENTRE.copy()
-        if self._dialect is not Dialect.NIST:
+        if self._dialect not in MILLING:
             self._set_off = np.zeros(3)
             self._mean(None)
 

@@ -1,9 +1,10 @@
-"""Writes files so that nobody's work is lost: whole or not at all, none in place of another."""
+"""Finds files that come with the package; writes files whole or not at all, over no other one."""
 
 from __future__ import annotations
 
 import errno
 import os
+from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
@@ -11,6 +12,9 @@ from tri_glide_kinematics.errors import KinematicsError
 
 BACKUP = ".bak"
 NO_REGULAR_FILE = "it is there, and no regular file"
+
+# Whose configuration files are looked for.
+PACKAGE = "tri_glide_kinematics"
 
 # Files in config/ that are taken where none is named.
 PARAMETERS = "tri_glide.yaml"
@@ -29,6 +33,29 @@ class OutsideFolderError(KinematicsError):
 
 class NoHomeError(KinematicsError):
     """The user has no folder for what is kept from one start to the next."""
+
+
+def find_file(file: Path) -> Path:
+    """Return ``file``, or if there is none, the installed configuration file of that name."""
+    if not file.exists() and file.name == str(file):
+        for folder in _shared_folders():
+            installed = folder / "config" / file.name
+            if installed.exists():
+                return installed
+    return file
+
+
+def _shared_folders() -> Iterator[Path]:
+    """Yield the folders that may have the files of this package that are no modules.
+
+    ROS keeps the folders in which packages are installed in the environment. pip installs them into
+    one that has the modules somewhere inside, and leaves all where it is if it is told ``-e``.
+    """
+    prefixes = map(Path, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
+    package = Path(__file__).parent
+    for prefix in (*prefixes, *package.parents):
+        yield prefix / "share" / PACKAGE
+    yield package.parent
 
 
 def state_folder() -> Path:

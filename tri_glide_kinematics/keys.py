@@ -258,13 +258,13 @@ class Keys:
             raise self.error(f"is {shortened(value)}, must be a text", key)
         return value
 
-    def unit(self) -> float:
-        """Return the length of the unit that the key ``unit`` names; m without it [m].
+    def unit(self, default: str = "m") -> float:
+        """Return the length of the unit that the key ``unit`` names, or of the ``default`` [m].
 
         Raises:
             FileError: if it is not known.
         """
-        name = self.text("unit", "m")
+        name = self.text("unit", default)
         if name not in UNITS:
             raise self.error(f"is {shortened(name)}, must be one of {', '.join(UNITS)}", "unit")
         return UNITS[name]

@@ -6,20 +6,18 @@ import argparse
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import find_file as find_file
 from tri_glide_kinematics.files import write_file
 from tri_glide_kinematics.keys import UNITS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-# Whose configuration files are looked for.
-PACKAGE = "tri_glide_kinematics"
 
 # How limits are drawn.
 LIMIT_STYLE: dict[str, Any] = {"color": "0.35", "linestyle": "--", "linewidth": 0.9}
@@ -37,29 +35,6 @@ def save_figure(figure: Figure, file: Path, resolution: float) -> None:
     picture = BytesIO()
     figure.savefig(picture, format="png", dpi=resolution)
     write_file(file, picture.getvalue())
-
-
-def find_file(file: Path) -> Path:
-    """Return ``file``, or if there is none, the installed configuration file of that name."""
-    if not file.exists() and file.name == str(file):
-        for folder in _shared_folders():
-            installed = folder / "config" / file.name
-            if installed.exists():
-                return installed
-    return file
-
-
-def _shared_folders() -> Iterator[Path]:
-    """Yield the folders that may have the files of this package that are no modules.
-
-    ROS keeps the folders in which packages are installed in the environment. pip installs them into
-    one that has the modules somewhere inside, and leaves all where it is if it is told ``-e``.
-    """
-    prefixes = map(Path, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
-    package = Path(__file__).parent
-    for prefix in (*prefixes, *package.parents):
-        yield prefix / "share" / PACKAGE
-    yield package.parent
 
 
 def command_parser(description: str, file_help: str) -> argparse.ArgumentParser:

@@ -22,7 +22,7 @@ from tri_glide_kinematics.programs import (
     read_program,
 )
 
-NIST, MARLIN, REPRAP, KLIPPER, DELTA_X = Dialect
+NIST, MARLIN, REPRAP, KLIPPER, DELTA_X, GRBL = Dialect
 HOME = (0.0, 0.0, 0.3)
 OFFSETS = {"G54": (0.01, 0.0, 0.25), "G55": (0.0, -0.02, 0.26)}
 
@@ -47,6 +47,8 @@ def ends(text, dialect=NIST, **settings):
 
 
 NINES = "9" * 400
+# Where a hole leads whose R is above the place before: up at once, and along then.
+BELOW = ((0, 305), (1, 305), (1, 290), (1, 305))
 
 # Each with the places [mm] that it leads to, from (0, 0, 300).
 MEANINGS = {
@@ -75,6 +77,36 @@ MEANINGS = {
     "offset by the program": (
         "G10 L2 P2 X5\nG55 G0 X1\nG10 L20 P0 X3\nX4",
         [[6, 0, 300], [7, 0, 300]],
+    ),
+    "holes": (
+        "F600 G81 X1 Z290 R298\nX2\nG80",
+        [[x, 0, z] for x in (1, 2) for z in (300, 298, 290, 300)],
+    ),
+    "holes from R": (
+        "F600 G99 G81 X1 Z290 R298\nX2 Z291\nG0 X3",
+        [
+            *([1, 0, z] for z in (300, 298, 290, 298)),
+            *([2, 0, z] for z in (298, 291, 298)),
+            [3, 0, 298],
+        ],
+    ),
+    "holes from below R": ("F600 G81 X1 Z290 R305", [[x, 0, z] for x, z in BELOW]),
+    "holes in steps": (
+        "F600 G83 X1 Z290 R300 Q4",
+        [[1, 0, z] for z in (300, 296, 300, 296.254, 292, 300, 292.254, 290, 300)],
+    ),
+    "holes that break chips": (
+        "F600 G73 X1 Z290 R300 Q5",
+        [[1, 0, z] for z in (300, 295, 295.254, 290, 300)],
+    ),
+    "holes with a rest": ("F600 G82 X1 Z290 R300 P.5", [[1, 0, z] for z in (300, 290, 300)]),
+    "holes that are reamed": (
+        "F600 G85 X1 Z290 R298",
+        [[1, 0, z] for z in (300, 298, 290, 298, 300)],
+    ),
+    "holes in a row": (
+        "G91 F600 G81 X1 Z-5 R-2 L2",
+        [[x, 0, z] for x in (1, 2) for z in (300, 298, 293, 300)],
     ),
     "home": ("G0 X5 Y5\nG28", [[5, 5, 300], [0, 0, 300]]),
     "home by way of": ("G0 X5 Y5\nG28 X7", [[5, 5, 300], [7, 5, 300], [0, 5, 300]]),
@@ -331,7 +363,18 @@ WRONG = {
     "umlaut before": (NIST, "(\u00e4) G0 X1 Q", 1, 11, "Q", "Q has no number"),
     "unknown G": (NIST, "G123 X1", 1, 1, "G123", "not understood"),
     "unknown M": (NIST, "M123", 1, 1, "M123", "under ignored"),
-    "cycle": (NIST, "G81 X1 Z1 R2 F5", 1, 1, "G81", "drilling cycles as lines"),
+    "cycle": (NIST, "G84 X1 Z1 R2 F5", 1, 1, "G84", "cycles as lines"),
+    "hole without R": (NIST, "F5 G81 X1 Z1", 1, 8, "X1", "needs Z, the bottom, and R"),
+    "hole upwards": (NIST, "F5 G81 X1 Z3 R2", 1, 8, "X1", "is above R"),
+    "hole without steps": (NIST, "F5 G83 X1 Z1 R2", 1, 8, "X1", "needs a Q above 0"),
+    "hole of tiny steps": (NIST, "F5 G83 X1 Z1 R2 Q.0001", 1, 8, "X1", "more than 1000 steps"),
+    "hole without a rest": (NIST, "F5 G82 X1 Z1 R2", 1, 8, "X1", "needs a P"),
+    "hole in another plane": (NIST, "G18 F5 G81 X1 Z1 R2", 1, 12, "X1", "along Z only"),
+    "holes without an end": (NIST, "F5 G81 X1 Z1 R2 L1001", 1, 8, "X1", "1000 holes"),
+    "numbers of another cycle": (NIST, "F5 G81 X1 Z1 R2\nG73 X1 Q1", 2, 5, "X1", "needs Z"),
+    "word of others": (NIST, "M83", 1, 1, "M83", "of marlin, reprap, klipper: name this dialect"),
+    "order to grbl": (NIST, "$X", 1, 1, "$X", "it is a word of grbl"),
+    "jog of grbl": (GRBL, "$J=G91X1F5", 1, 1, "$J=G91X1F5", "not as jogs"),
     "compensation": (NIST, "G41 D1", 1, 1, "G41", "compensate"),
     "no feed": (NIST, "G1 X1", 1, 4, "X1", "no F says how fast"),
     "no feed on an arc": (NIST, "G2 X1 R1", 1, 4, "X1", "no F says how fast"),
@@ -429,7 +472,10 @@ def test_a_program_that_does_nothing(text):
 def test_a_program_that_is_cut_off():
     with pytest.raises(ProgramError, match=r"line 2: this last line has no end.*cut off"):
         read("G0 X1\nX12.3")
-    for whole in ("G0 X1\nX12.3\n", "G0 X1\nM2", "%\nG0 X1\n%"):
+    with pytest.raises(ProgramError, match="line 2: this last line has no end"):
+        read("G0 X1\nM3")
+    # The last two move nothing and put nothing out, however they would go on.
+    for whole in ("G0 X1\nX12.3\n", "G0 X1\nM2", "%\nG0 X1\n%", "G0 X1\n(end)", "G0 X1\nG80"):
         assert read(whole).steps
 
 

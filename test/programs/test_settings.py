@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import yaml
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.programs import Dialect, ProgramSettings, SettingsError, load_settings
+from tri_glide_kinematics.programs import (
+    Dialect,
+    ProgramSettings,
+    SettingsError,
+    load_own_settings,
+    load_settings,
+)
 
 EXAMPLE = Path(__file__).parents[2] / "config" / "program_settings.yaml"
 
@@ -31,10 +38,10 @@ WHOLE = {
 def load(tmp_path):
     """Return a function that writes a file and reads it."""
 
-    def loaded(**keys):
+    def loaded(others=None, **keys):
         file = tmp_path / "settings.yaml"
         file.write_text(yaml.safe_dump(keys))
-        return load_settings(file)
+        return load_settings(file, others)
 
     return loaded
 
@@ -62,10 +69,35 @@ def test_what_is_not_named_is_as_without_a_file(load):
     assert load(unit="mm") == ProgramSettings()
 
 
+def test_what_is_not_named_is_as_in_other_settings(load):
+    others = load(**WHOLE)
+    assert load(others) == others
+    own = load(others, offsets={"G55": [0.0, 0.0, 0.1]}, tolerance=0.0)
+    assert own == replace(others, offsets={**others.offsets, "G55": (0.0, 0.0, 0.1)}, tolerance=0.0)
+
+
+def test_lengths_are_in_mm_where_a_printer_is_named_and_no_unit(load):
+    assert load(dialect="klipper", home=[0, 0, 300]).home == (0.0, 0.0, 0.3)
+    assert load(dialect="nist", home=[0, 0, 0.3]).home == (0.0, 0.0, 0.3)
+
+
+def test_own_settings_change_what_they_name_of_the_packaged_ones(tmp_path):
+    own = tmp_path / "own.yaml"
+    own.write_text("dialect: marlin\n")
+    assert load_own_settings(own) == replace(load_settings(EXAMPLE), dialect=Dialect.MARLIN)
+
+
+@pytest.mark.parametrize("dialect", ["marlin", "klipper", "reprap", "grbl"])
+def test_settings_of_each_kind_come_with_the_package(dialect):
+    own = load_own_settings(f"program_settings_{dialect}.yaml")
+    assert own == replace(load_settings(EXAMPLE), dialect=Dialect(dialect))
+
+
 @pytest.mark.parametrize(
     ("keys", "text"),
     [
         ({"dialect": "fanuc"}, "dialect: is 'fanuc', must be one of nist, marlin, reprap, klipper"),
+        ({"home": [0, 0, 300]}, "home = 300 m must be within 100 m"),
         ({"home": [1, 2]}, "home: is .1, 2., must be a list of 3 numbers"),
         ({"offsets": {"G60": [0, 0, 0]}}, "offset G60 must be one of G54, G55"),
         ({"offsets": [1]}, "offsets: is .1., must be keys with values"),
@@ -76,7 +108,7 @@ def test_what_is_not_named_is_as_without_a_file(load):
         ({"feed": -1}, "feed: is -1, must be at least 0"),
         ({"block_delete": 1}, "block_delete: must be true or false"),
         ({"ignored": "M104"}, "ignored: must be a list of commands"),
-        ({"speed": 1}, "speed: is not known here; known are unit, dialect"),
+        ({"speed": 1}, "speed: is not known here; known are dialect, unit"),
     ],
 )
 def test_what_is_wrong_is_named(load, keys, text):

@@ -93,7 +93,7 @@ def _draw(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.motion import CommandStream, MotionKind
     from tri_glide_kinematics.programs import (
         DriveFile,
-        load_settings,
+        load_own_settings,
         load_work,
         time_steps,
     )
@@ -109,7 +109,7 @@ def _draw(options: argparse.Namespace) -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     file, parameters = find_file(options.file), find_file(options.parameters)
     values = file_values(str(parameters), options.node, IK_NODE)
-    work = load_work(file, load_settings(find_file(options.settings)), options.unit)
+    work = load_work(file, load_own_settings(options.settings), options.unit)
     if isinstance(work, DriveFile) and work.frame not in ("", values["base_frame"]):
         raise KinematicsError(
             f"{file}: its places are in the frame {work.frame}, and where that is from "
@@ -173,7 +173,7 @@ def make_parser() -> argparse.ArgumentParser:
         "Draw the motion of a program in G-code, of points, or of a drive file: the path of the "
         "platform, and heights, velocities, accelerations and jerks of the sliders with their "
         "limits. It needs no ROS and no machine. Outputs and stops take no time in it.",
-        "program (.gcode, .nc, .ngc, .tap), table of points (.csv), or drive file in YAML; those "
+        "program (.gcode, .nc, .ngc, ...), table of points (.csv), or drive file in YAML; those "
         "of config/ are found by their name alone",
     )
     add_file(parser, "--csv", "write the setpoints as a table, too")

@@ -1,6 +1,6 @@
 """The command ``drive``: a program in G-code, or a file of moves, paths and waits, is driven.
 
-A program is a file that ends in .gcode, .nc, .ngc or .tap; all others are files of steps in YAML.
+A program is a file that ends as one of ``PROGRAM_ENDINGS``; all others are files of steps in YAML.
 Nothing moves before all of a file is understood and, of a program, proved inside the workspace.
 
 Ctrl-C, or a closed terminal, lets the platform come to rest, on its path if it follows one. Ctrl-C
@@ -46,8 +46,8 @@ from tri_glide_kinematics.programs import (
     is_program,
     line_to_go_on_from,
     load_drive,
+    load_own_settings,
     load_program,
-    load_settings,
     table,
 )
 from tri_glide_kinematics.settings import (
@@ -406,9 +406,11 @@ def main() -> int:
         if is_program(file):
             settings_file = find_file(arguments.settings or Path(SETTINGS))
             print(f"drive: {file} with the settings of {settings_file}", flush=True)
-            settings = load_settings(settings_file)
+            settings = load_own_settings(settings_file)
             stops = arguments.optional_stops
             work = load_program(file, replace(settings, optional_stop=stops), arguments.unit)
+            if work.guess:
+                print(f"drive: {file}: {work.guess}", flush=True)
         else:
             work = load_drive(file)
         if not arguments.check:

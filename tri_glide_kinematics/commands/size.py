@@ -144,12 +144,10 @@ def _cycle(options: argparse.Namespace) -> Cycle | None:
     if options.drive is None:
         return None
     from tri_glide_kinematics.motion import SliderLimits, Trajectory
-    from tri_glide_kinematics.programs import load_settings, load_work, time_steps
+    from tri_glide_kinematics.programs import load_own_settings, load_work, time_steps
     from tri_glide_kinematics.workspace import Workspace
 
-    work = load_work(
-        find_file(options.drive), load_settings(find_file(options.settings)), options.unit
-    )
+    work = load_work(find_file(options.drive), load_own_settings(options.settings), options.unit)
 
     def cycle(workspace: Workspace, limits: SliderLimits) -> Trajectory:
         return time_steps(work, workspace, limits).trajectory

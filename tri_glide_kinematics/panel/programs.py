@@ -35,7 +35,12 @@ from tri_glide_kinematics.panel.program_reading import (
     points_of_line,
     shown_text,
 )
-from tri_glide_kinematics.programs import Dialect, ProgramCheck, ProgramSettings, load_settings
+from tri_glide_kinematics.programs import (
+    Dialect,
+    ProgramCheck,
+    ProgramSettings,
+    load_own_settings,
+)
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text
 
@@ -451,7 +456,7 @@ class ChosenProgram:
 
     def _settings_now(self) -> ProgramSettings:
         """Return what programs do not say themselves."""
-        settings = load_settings(self._settings_file)
+        settings = load_own_settings(self._settings_file)
         if self.dialect != FROM_SETTINGS:
             settings = replace(settings, dialect=Dialect(self.dialect))
         if settings.start is None and settings.home is None:
@@ -483,6 +488,8 @@ class ChosenProgram:
             text = "the limits or the shaper have changed since the check: check again"
             parts.append(note(text, is_bad=True))
         if self.read is not None:
+            if self.read.program.guess:
+                parts.append(note(self.read.program.guess))
             parts.append(table(self._facts_of(self.read)))
             told = self.read.program.told
             words = [f"line {each.line}: {each.word}: {each.reason}" for each in told[:MOST_TOLD]]

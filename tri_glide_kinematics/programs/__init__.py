@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.settings import Dialect as Dialect
     from tri_glide_kinematics.programs.settings import ProgramSettings as ProgramSettings
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError
+    from tri_glide_kinematics.programs.settings import load_own_settings as load_own_settings
     from tri_glide_kinematics.programs.settings import load_settings as load_settings
     from tri_glide_kinematics.programs.words import ProgramError as ProgramError
 

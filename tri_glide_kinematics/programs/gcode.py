@@ -28,6 +28,8 @@ from tri_glide_kinematics.motion.path import (
     SegmentKind,
 )
 from tri_glide_kinematics.motion.path import LARGEST_PLACE as FAR
+from tri_glide_kinematics.programs.drilling import CYCLES, MOST, Cycle, NoHoleError
+from tri_glide_kinematics.programs.guessing import guess_dialect
 from tri_glide_kinematics.programs.program import (
     Dwell,
     Output,
@@ -40,6 +42,7 @@ from tri_glide_kinematics.programs.program import (
 )
 from tri_glide_kinematics.programs.settings import (
     CONCERNING,
+    CUSTOMS,
     MILLIMETRE,
     MOTORS_OFF,
     NOWHERE,
@@ -148,7 +151,7 @@ OFFSETS = "IJK"
 # nothing here: they ask for what is always so.
 _G_GROUPS: Mapping[int, str] = MappingProxyType(
     {
-        **dict.fromkeys((0, 10, 20, 30), "motion"),
+        **dict.fromkeys((0, 10, 20, 30, *CYCLES), "motion"),
         800: "cycle",
         **dict.fromkeys((40, 100, 280, 920, 921, 922, 923), "once"),
         **dict.fromkeys((170, 180, 190), "plane"),
@@ -181,8 +184,7 @@ _ENDS = (20, 300)
 _MAP_HELP = "no map of a bed is known here: calibrate the machine, and name this under ignored"
 _HELP = {
     **dict.fromkeys((410, 411, 420, 421), "let the CAM program compensate for the cutter itself"),
-    **dict.fromkeys(range(810, 900, 10), "let the CAM program write drilling cycles as lines"),
-    **dict.fromkeys((730, 760), "let the CAM program write cycles as lines"),
+    **dict.fromkeys((740, 760, 840, 860, 870, 880), "let the CAM program write cycles as lines"),
     **dict.fromkeys((50, 51, 52, 53), "let the CAM program write splines as lines or arcs"),
     **dict.fromkeys((930, 950), "let the CAM program write F as a length per minute (G94)"),
     **dict.fromkeys((382, 383, 384, 385, 300, 310), "nothing is probed while a program runs"),
@@ -206,6 +208,7 @@ _HELP_OF_M = {
     2080: "the workspace is that of the machine: take it away, or name it under ignored",
     4200: _MAP_HELP,
 }
+_JOG_HELP = "write what is to be driven as lines of G1, and not as jogs"
 _IGNORED_HELP = "if it does not concern the motion, name it in the settings under ignored"
 
 
@@ -240,7 +243,13 @@ def read_program(
         ProgramError: if something in it is not understood.
     """
     data = text.encode() if isinstance(text, str) else text
-    return _Interpreter(str(file), data, settings or ProgramSettings()).program()
+    settings = settings or ProgramSettings()
+    if settings.dialect is not None:
+        return _Interpreter(str(file), data, settings, settings.dialect).program()
+    guess = guess_dialect(data)
+    dialect = guess.dialect if guess else Dialect.NIST
+    program = _Interpreter(str(file), data, settings, dialect).program()
+    return replace(program, guess=str(guess or ""))
 
 
 class _Offsets:
@@ -358,6 +367,11 @@ class _Writer:
         """Change an output where the platform is then."""
         self._outputs.append(Output(name, number, value, line, self.count))
 
+    def has_done(self, line: int) -> bool:
+        """Return whether the last thing that is done is that of a ``line``."""
+        last = self._lines[-1] if self.count else 0
+        return line in (last, *(each.line_at() for each in (*self._outputs, *self.steps[-1:])))
+
     def rest(self, step: Dwell | ProgramStop) -> None:
         """Do a ``step`` at the end of the path so far."""
         self.finish()
@@ -387,10 +401,11 @@ class _Writer:
 class _Interpreter:
     """Goes through the lines of one program, with what holds at each."""
 
-    def __init__(self, file: str, data: bytes, settings: ProgramSettings) -> None:
+    def __init__(self, file: str, data: bytes, settings: ProgramSettings, dialect: Dialect) -> None:
         self._file = file
         self._settings = settings
-        self._customs = settings.customs
+        self._dialect = dialect
+        self._customs = CUSTOMS[dialect]
         self._size, self._digest = len(data), hashlib.sha256(data).hexdigest()
         read = (MOTORS_OFF | CONCERNING.keys()) - settings.ignored
         texts = (TEXTS | self._customs.told | settings.ignored) - read
@@ -419,6 +434,10 @@ class _Interpreter:
         self._spindle = 0.0
         self._spindle_speed = 0.0
         self._coolant: set[str] = set()
+        # Of drilling cycles: the numbers that still hold, by their letters; where they began, and
+        # whether the tool goes back there behind each hole.
+        self._drilled: dict[str, float] = {}
+        self._above, self._returns = 0.0, True
         # The place that the platform is sent to; the last segment ends hardly elsewhere.
         self._here = list(settings.begin)
         self._writer = _Writer(settings.begin)
@@ -481,18 +500,40 @@ class _Interpreter:
             return
         for index, word in enumerate(words):
             if word.letter == NAMED:
-                name = word.text.upper()
-                if name not in self._settings.ignored and not name.startswith(self._customs.names):
-                    self._fail(index, f"this command is not understood: {_IGNORED_HELP}")
-                self._tell(name, "it does not concern the motion")
+                self._carry_out_name(word.text.upper(), index)
                 return
         letters = "".join(word.letter for word in words)
         self._carry_out(_Line(letters, [word.value for word in words], self._fail))
 
+    def _carry_out_name(self, name: str, index: int) -> None:
+        """Carry out a line that begins with a name, or an order to grbl."""
+        is_told = name in self._settings.ignored or name.startswith(self._customs.names)
+        if name == "$H" and self._dialect is Dialect.GRBL:
+            self._go_home(_Line("", (), self._fail), index)
+        elif name.startswith("$J") or not is_told:
+            help_text = _JOG_HELP if name.startswith("$J") else self._help_of(name)
+            self._fail(index, f"this command is not understood: {help_text}")
+        else:
+            self._tell(name, "it does not concern the motion")
+
+    def _help_of(self, name: str) -> str:
+        """Return what helps where a command is not understood."""
+        others = [
+            dialect.value
+            for dialect, customs in CUSTOMS.items()
+            if name in customs.told or name.startswith(customs.names)
+        ]
+        if not others:
+            return _IGNORED_HELP
+        return f"it is a word of {', '.join(others)}: name this dialect in the settings"
+
     def _check_end(self, lines: int) -> None:
-        """Check that a program without an end of its own is not cut off."""
-        if self._reader.ends_in_a_line and lines:
-            self._line = lines
+        """Check that a program without an end of its own is not cut off.
+
+        A last line without an end may be part of a longer one, which matters if it does something.
+        """
+        self._line = lines
+        if self._reader.ends_in_a_line and lines and self._writer.has_done(lines):
             reason = "this last line has no end, and the program none (M2, M30 or %), so it may be "
             self._fail(-1, f"{reason}cut off: if it is whole, end the line")
 
@@ -595,8 +636,8 @@ class _Interpreter:
         """Carry out a line, in the order of RS274/NGC."""
         if self._is_told(line):
             return
-        line.check(line.g, "G", _G_GROUPS)
-        line.check(line.m, "M", _M_GROUPS)
+        line.check(line.g, "G", _G_GROUPS, self._help_of)
+        line.check(line.m, "M", _M_GROUPS, self._help_of)
         if line.drop("O"):
             self._tell("O", "a number of a program means nothing here")
         line.drop("N")
@@ -629,7 +670,7 @@ class _Interpreter:
 
     def _concerns(self, name: str, line: _Line, index: int) -> bool:
         """Return whether a told command sets a work offset; with some words it is an error."""
-        if name == "G10" and line.index("L") >= 0 and self._settings.dialect is Dialect.REPRAP:
+        if name == "G10" and line.index("L") >= 0 and self._dialect is Dialect.REPRAP:
             return True
         for letter in CONCERNING.get(name, ""):
             if line.index(letter) >= 0 and (line.take(letter) or name == "G10"):
@@ -734,6 +775,8 @@ class _Interpreter:
                 self._absolute = code == 900
             elif code in (901, 911):
                 self._absolute_centres = code == 901
+            elif code in (980, 990):
+                self._returns = code == 980
             elif code in (430, 490):
                 self._set_tool_offset(line, code, index)
             elif f"G{code / 10:g}" in WORK_OFFSETS:
@@ -837,8 +880,13 @@ class _Interpreter:
 
     def _move(self, line: _Line, axes_are_taken: bool) -> None:
         """Carry out the motion of a line, if it has one."""
-        said = next((code for code in (0, 10, 20, 30, 800) if code in line.g), None)
+        motions = (0, 10, 20, 30, 800, *CYCLES)
+        said = next((code for code in motions if code in line.g), None)
         if said is not None:
+            if said in CYCLES and self._motion not in CYCLES:
+                self._above = self._here[2]
+            if said != self._motion:
+                self._drilled = {}
             self._motion = None if said == 800 else said
             if axes_are_taken:
                 self._fail(line.g[said], "another command takes the axes: write it on its own line")
@@ -855,11 +903,58 @@ class _Interpreter:
                 self._fail(line.g[530], "it goes with G0 and G1 only")
             self._move_on_arc(line)
             return
+        if self._motion in CYCLES:
+            self._drill(line, self._motion)
+            return
         is_machine = 530 in line.g
         absolute, self._absolute = self._absolute, self._absolute or is_machine
         self._take_target(line, NOWHERE if is_machine else self._offsets.shift)
         self._absolute = absolute
         rapid = self._motion == 0
+        self._go(rapid, rapid and not self._customs.rapid_at_feed)
+
+    def _drill(self, line: _Line, code: int) -> None:
+        """Drill the holes of a line; what it does not say is as in the hole before."""
+        index = next(line.index(letter) for letter in AXES if line.index(letter) >= 0)
+        if 530 in line.g or self._plane != (0, 1, 2):
+            self._fail(index, "drilling cycles are understood along Z only: with G17, without G53")
+        for letter, unit in (
+            *dict.fromkeys("RZQ", self._unit).items(),
+            ("P", self._customs.dwell_unit),
+        ):
+            value = line.take(letter)
+            if value is not None:
+                self._drilled[letter] = value * unit
+        count, number = line.whole("L"), self._drilled.get
+        if "Z" not in self._drilled or "R" not in self._drilled:
+            self._fail(index, "a drilling cycle needs Z, the bottom, and R, where it begins")
+        if count is not None and count > MOST:
+            self._fail(index, f"there may be {MOST} holes in a line at most")
+        steps = {axis: line.take(AXES[axis]) for axis in (0, 1)}
+        for _ in range(1 if count is None else count):
+            below = self._offsets.shift[2] if self._absolute else self._here[2]
+            clear = below + self._drilled["R"]
+            bottom = self._drilled["Z"] + (below if self._absolute else clear)
+            try:
+                cycle = Cycle(code, clear, bottom, number("Q"), number("P"))
+            except NoHoleError as error:
+                self._fail(index, str(error))
+            self._rise(max(clear, self._here[2]))
+            for axis, value in steps.items():
+                if value is not None:
+                    before = self._offsets.shift[axis] if self._absolute else self._here[axis]
+                    self._here[axis] = before + value * self._unit
+            self._go(at_full_speed=not self._customs.rapid_at_feed)
+            self._rise(clear)
+            for stroke in cycle.strokes():
+                self._rise(stroke.z, stroke.rapid)
+                if stroke.rest:
+                    self._writer.rest(Dwell(stroke.rest, self._line))
+            self._rise(max(clear, self._above) if self._returns else clear)
+
+    def _rise(self, z: float, rapid: bool = True) -> None:
+        """Go straight up or down to a height [m]."""
+        self._here[2] = z
         self._go(rapid, rapid and not self._customs.rapid_at_feed)
 
     def _take_target(self, line: _Line, shift: Sequence[float]) -> None:
@@ -987,6 +1082,9 @@ class _Line:
             if letter in "GM":
                 self._add_command(letter, value, index)
             elif letter in self._words:
+                # M110 sets the number of the line that it stands on.
+                if letter == "N":
+                    continue
                 fail(index, f"{letter} stands twice on this line: make two lines of it")
             else:
                 self._words[letter] = value, index
@@ -1000,12 +1098,19 @@ class _Line:
             self._fail(index, "it stands twice on this line")
         commands[code] = index
 
-    def check(self, commands: Mapping[int, int], letter: str, groups: Mapping[int, str]) -> None:
+    def check(
+        self,
+        commands: Mapping[int, int],
+        letter: str,
+        groups: Mapping[int, str],
+        help_of: Callable[[str], str],
+    ) -> None:
         """Check that all commands are known, and that no two contradict each other."""
         found: dict[str, int] = {}
         for code, index in commands.items():
             if code not in groups:
-                help_text = (_HELP if letter == "G" else _HELP_OF_M).get(code, _IGNORED_HELP)
+                known = _HELP if letter == "G" else _HELP_OF_M
+                help_text = known.get(code) or help_of(f"{letter}{code / 10:g}")
                 self._fail(index, f"this command is not understood: {help_text}")
             other = found.setdefault(groups[code], code)
             if other != code:

@@ -13,7 +13,7 @@ from tri_glide_kinematics.programs.words import ProgramError
 
 # How the names of tables of points end, and those of all that becomes a ``Program``.
 POINTS_ENDING = ".csv"
-PROGRAM_ENDINGS = (".gcode", ".nc", ".ngc", ".tap", POINTS_ENDING)
+PROGRAM_ENDINGS = (".gcode", ".gco", ".g", ".nc", ".ngc", ".tap", ".txt", POINTS_ENDING)
 
 
 def is_program(file: Path) -> bool:

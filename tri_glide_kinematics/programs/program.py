@@ -419,6 +419,7 @@ class Program:
         lines: how many there are.
         size: of its text [bytes].
         sha256: of its text, in hexadecimal digits.
+        guess: in which dialect it was read, and why; empty if nothing was guessed.
     """
 
     file: str
@@ -427,6 +428,7 @@ class Program:
     lines: int
     size: int
     sha256: str
+    guess: str = ""
 
 
 def from_line(program: Program, line: int) -> Program:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from tri_glide_kinematics.checks import finite_vector, member, non_negative, positive
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
+from tri_glide_kinematics.files import SETTINGS, find_file
 from tri_glide_kinematics.keys import FileError, Keys, load_yaml
 from tri_glide_kinematics.motion.path import LARGEST_PLACE, LARGEST_SPEED, LEAST_SPEED
 from tri_glide_kinematics.vectors import Vector3, scaled
@@ -27,6 +28,7 @@ class Dialect(Enum):
     REPRAP = "reprap"
     KLIPPER = "klipper"
     DELTA_X = "delta_x"
+    GRBL = "grbl"
 
 
 class Customs(NamedTuple):
@@ -109,6 +111,10 @@ CUSTOMS: Mapping[Dialect, Customs] = MappingProxyType(
             _PRINTING,
             names=_EXTENDED,
         ),
+        Dialect.GRBL: Customs(
+            *(1.0, MINUTE, 0.0, False, False, False, None, False, False, frozenset()),
+            names=("$",),
+        ),
         Dialect.DELTA_X: Customs(
             *(MILLIMETRE, 1.0, 0.0, True, True, False, None, False, False),
             _codes("M", 17, 18, 84, 203, 204, 205, 210, 211),
@@ -147,7 +153,7 @@ class ProgramSettings:
     """What a program does not say itself; all places are of the platform.
 
     Attributes:
-        dialect: that it is written in.
+        dialect: that it is written in; None for the one that it shows (``guess_dialect``).
         start: where the platform is when it begins; where G28 leads, if none is named [m].
         home: where G28 leads; None if there is no such place [m].
         offsets: where the zero of G54 and the others is; that of the machine if not named [m].
@@ -159,7 +165,7 @@ class ProgramSettings:
         ignored: commands, such as ``M104``, that do not concern the motion.
     """
 
-    dialect: Dialect = Dialect.NIST
+    dialect: Dialect | None = None
     start: Vector3 | None = None
     home: Vector3 | None = None
     offsets: Mapping[str, Vector3] = field(default_factory=dict)
@@ -176,12 +182,16 @@ class ProgramSettings:
         Raises:
             KinematicsError: if a number is none or out of bounds, or an offset has no such name.
         """
-        member("dialect", self.dialect, Dialect)
+        if self.dialect is not None:
+            member("dialect", self.dialect, Dialect)
         places = {"start": self.start, "home": self.home, **self.offsets}
         places |= {f"tool {number}": offset for number, offset in self.tools.items()}
         for name, place in places.items():
             if place is not None:
-                finite_vector(name, place, 3)
+                for number in finite_vector(name, place, 3):
+                    if abs(number) > LARGEST_PLACE:
+                        bound = f"within {LARGEST_PLACE:g}"
+                        raise OutOfBoundsError(name, number, bound, "m", LARGEST_PLACE)
         for name in self.offsets:
             if name not in WORK_OFFSETS:
                 raise KinematicsError(f"offset {name} must be one of {', '.join(WORK_OFFSETS)}")
@@ -197,34 +207,45 @@ class ProgramSettings:
             raise OutOfBoundsError("feed", self.feed, f"at least {LEAST_SPEED:g}", "m/s")
 
     @property
-    def customs(self) -> Customs:
-        """What the dialect means where the dialects differ."""
-        return CUSTOMS[self.dialect]
-
-    @property
     def begin(self) -> Vector3:
         """Where the platform is when the program begins [m]."""
         return self.start or self.home or NOWHERE
 
 
-def load_settings(file: str | Path) -> ProgramSettings:
-    """Read settings from a YAML file; its lengths are in the unit that it names.
+def load_settings(file: str | Path, others: ProgramSettings | None = None) -> ProgramSettings:
+    """Read settings from a YAML file.
+
+    Its lengths are in the unit that it names. If it names none, they are in mm if it names a
+    dialect whose programs are in mm, else in m.
+
+    Args:
+        file: to be read.
+        others: that hold where the file names nothing; None for those by default.
 
     Raises:
         SettingsError: if it cannot be read, or something in it has no meaning.
     """
     keys = SettingsKeys(str(file), "", load_yaml(file, SettingsError))
-    unit = keys.unit()
-    plain = ProgramSettings()
+    plain = others or ProgramSettings()
+    names = [dialect.value for dialect in Dialect]
+    name = keys.text("dialect", "")
+    if name and name not in names:
+        raise keys.error(f"is {name!r}, must be one of {', '.join(names)}", "dialect")
+    dialect = Dialect(name) if name else plain.dialect
+    unit = keys.unit("mm" if name and dialect is not Dialect.NIST else "m")
 
-    def places(key: str) -> dict[Any, Vector3]:
+    def places(key: str, plainly: Mapping[Any, Vector3]) -> dict[Any, Vector3]:
         values = keys.value(key, {})
         named = SettingsKeys(str(file), key, values)
-        return {name: scaled(named.vector(name), unit) for name in values}
+        return {**plainly, **{name: scaled(named.vector(name), unit) for name in values}}
 
-    def place(key: str) -> Vector3 | None:
+    def place(key: str, plainly: Vector3 | None) -> Vector3 | None:
         given = keys.value(key, ()) != ()
-        return scaled(keys.vector(key), unit) if given else None
+        return scaled(keys.vector(key), unit) if given else plainly
+
+    def length(key: str, plainly: float | None) -> float | None:
+        given = keys.value(key, ()) != ()
+        return unit * keys.number(key, least=0.0) if given else plainly
 
     def switch(key: str, default: bool) -> bool:
         value = keys.value(key, default)
@@ -232,22 +253,18 @@ def load_settings(file: str | Path) -> ProgramSettings:
             raise keys.error("must be true or false", key)
         return value
 
-    name = keys.text("dialect", plain.dialect.value)
-    names = [dialect.value for dialect in Dialect]
-    if name not in names:
-        raise keys.error(f"is {name!r}, must be one of {', '.join(names)}", "dialect")
-    ignored = keys.value("ignored", [])
+    ignored = keys.value("ignored", sorted(plain.ignored))
     if not isinstance(ignored, list) or not all(isinstance(each, str) for each in ignored):
         raise keys.error("must be a list of commands, such as M104", "ignored")
     try:
         settings = ProgramSettings(
-            Dialect(name),
-            place("start"),
-            place("home"),
-            places("offsets"),
-            places("tools"),
-            unit * keys.number("tolerance", plain.tolerance / unit, least=0.0),
-            unit * keys.number("feed", 0.0, least=0.0) or None,
+            dialect,
+            place("start", plain.start),
+            place("home", plain.home),
+            places("offsets", plain.offsets),
+            places("tools", plain.tools),
+            length("tolerance", plain.tolerance) or 0.0,
+            length("feed", plain.feed) or None,
             switch("block_delete", plain.block_delete),
             switch("optional_stop", plain.optional_stop),
             frozenset(each.upper() for each in ignored),
@@ -258,3 +275,12 @@ def load_settings(file: str | Path) -> ProgramSettings:
         raise keys.error(str(error)) from error
     keys.finish()
     return settings
+
+
+def load_own_settings(file: str | Path) -> ProgramSettings:
+    """Read settings; where the ``file`` names nothing, those that come with this package hold.
+
+    Raises:
+        SettingsError: if one of them cannot be read, or something in it has no meaning.
+    """
+    return load_settings(find_file(Path(file)), load_settings(find_file(Path(SETTINGS))))

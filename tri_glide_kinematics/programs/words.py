@@ -48,14 +48,15 @@ CHECKSUM = re.compile(rb"\*[ \t]*(\d{1,3})[ \t]*$", re.MULTILINE)
 
 # The same, for a line that is read word by word.
 GAP = re.compile(r"(?:[ \t]|\([^()]*\)|;.*)*")
-NAME = re.compile(r"[A-Za-z_]{2,}")
+NAME = re.compile(r"[A-Za-z_]{2,}|\$[^\s;(]*")
 SIGNED = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(rf"([A-Za-z])(?:[ \t]*({SIGNED})(?![0-9.+-])|[ \t]*(\"[^\"]*\"))?")
 LINE_CHECKSUM = re.compile(r"\*[ \t]*([0-9]+)[ \t]*(?:;.*)?$")
 EXPONENT = re.compile(r"[Ee][-+]?[0-9]")
 STRAY = re.compile(r"[^\s;(]+")
 
-# Letters of words that are none: a name of several letters, and the sign at both ends of a program.
+# Letters of words that are none: a name of several letters (or an order to grbl, which begins with
+# $), and the sign at both ends of a program.
 NAMED, PERCENT = "@", "%"
 
 

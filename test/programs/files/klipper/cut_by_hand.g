@@ -1,0 +1,8 @@
+; Klipper
+G28
+G90
+M83
+G1 X5 Y5 Z5 F3000
+G1 X-5 E.2
+G1 Y-5 E.2
+M84

@@ -1,0 +1,42 @@
+;FLAVOR:Marlin
+;TIME:353
+;Filament used: 0.21m
+;Layer height: 0.2
+;MINX:-20
+;Generated with Cura_SteamEngine 5.4.0
+M140 S60
+M105
+M190 S60
+M104 S200
+M105
+M109 S200
+M82 ;absolute extrusion mode
+G28 ;Home
+G1 Z15.0 F6000 ;Move the platform down 15mm
+;Prime the extruder
+G92 E0
+G1 F200 E3
+G92 E0
+G92 E0
+;LAYER_COUNT:2
+;LAYER:0
+G0 F9000 X-20 Y-20 Z0.2
+G1 X20.000 Y-20.000 E1.33000 F1200
+G1 X20.000 Y20.000 E2.66000
+G1 X-20.000 Y20.000 E3.99000
+G1 X-20.000 Y-20.000 E5.32000
+G1 E3.32000 F2400
+G1 E5.32000 F2400
+;TIME_ELAPSED:353.1
+M140 S0
+M107
+M104 S0
+M140 S0
+;Retract the filament
+G92 E1
+G1 E-1 F300
+G28 X0 Y0
+M84
+M82 ;absolute extrusion mode
+M104 S0
+;End of Gcode

@@ -1,0 +1,20 @@
+; KISSlicer - PREMIUM
+; Windows
+; version 1.6.3
+; Saved: Mon Jan 01 2018
+; firmware_type=1
+G21
+G90
+M82
+G28
+G92 E0
+; BEGIN_LAYER_OBJECT z=0.250
+G1 X-10 Y-10 Z0.25 E0 F6000
+G1 X10 Y-10 E0.7 F1200
+G1 X10 Y10 E1.4
+G1 X-10 Y10 E2.1
+G1 X-10 Y-10 E2.8
+; Estimated Build Time: 0.5 minutes
+M104 S0
+G1 Z20 F3000
+M84
