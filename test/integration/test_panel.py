@@ -300,6 +300,7 @@ def test_disable_and_enable(panel: Panel, page: Page) -> None:
     page.click(button("disable"))
     panel.machine.wait_for_state("disabled")
     panel.wait_for_state(page, "disabled")
+    panel.wait_for_words(page, " mm measured", "position")
     assert page.evaluate(f"{STRIP}.dataset.color") == "warning"
     page.click(button("enable"))
     panel.machine.wait_for_state("idle")

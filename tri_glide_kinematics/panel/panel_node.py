@@ -33,6 +33,7 @@ from tri_glide_kinematics.panel.machine import (
     Steps,
     outside_text,
     pages_text,
+    position_text,
 )
 from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
@@ -362,7 +363,11 @@ class PanelNode(Node):
             if self._facts is None:
                 state, reason = "no machine", f"nobody answers as {server}"
             reason = self._with_notice(reason)
-            return Strip(WARNING, state, reason, refusal, pages, "not heard", controls=has_controls)
+            return Strip(
+                *(WARNING, state, reason, refusal, pages, "not heard"),
+                position=self._measured_text(),
+                controls=has_controls,
+            )
         color = WARNING if self._notice and status.color != FAULT else status.color
         return Strip(
             color,
@@ -371,7 +376,7 @@ class PanelNode(Node):
             refusal,
             pages,
             "ramps to rest (Esc)",
-            status.position,
+            status.position or self._measured_text(),
             status.speed,
             status.left,
             status.speed_limit,
@@ -390,6 +395,16 @@ class PanelNode(Node):
 
     def _measured_position(self) -> Vector3 | None:
         return self._position(self._feeds.motion.measured)
+
+    def _measured_text(self) -> str:
+        """Return where the platform is measured, or was, where no setpoint says where it is led."""
+        motion = self._feeds.motion
+        position = self._position(motion.measured_last)
+        if position is None:
+            return ""
+        return (
+            f"{position_text(position)} {'measured' if motion.measured else 'when last measured'}"
+        )
 
     def _commanded_position(self) -> Vector3 | None:
         setpoint = self._feeds.motion.commanded

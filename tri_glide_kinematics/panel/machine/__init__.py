@@ -28,7 +28,11 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.machine.operator_requests import (
         OperatorsInput as OperatorsInput,
     )
+    from tri_glide_kinematics.panel.machine.operator_requests import (
+        OperatorsNumber as OperatorsNumber,
+    )
     from tri_glide_kinematics.panel.machine.operator_requests import PagesBar as PagesBar
+    from tri_glide_kinematics.panel.machine.operator_requests import SpeedFields as SpeedFields
     from tri_glide_kinematics.panel.machine.operator_requests import Steps as Steps
     from tri_glide_kinematics.panel.machine.operator_requests import pages_text as pages_text
     from tri_glide_kinematics.panel.machine.words import FAULT as FAULT
@@ -40,6 +44,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.machine.words import legend as legend
     from tri_glide_kinematics.panel.machine.words import note as note
     from tri_glide_kinematics.panel.machine.words import outside_text as outside_text
+    from tri_glide_kinematics.panel.machine.words import position_text as position_text
     from tri_glide_kinematics.panel.machine.words import table as table
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

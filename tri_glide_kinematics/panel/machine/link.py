@@ -386,6 +386,11 @@ class MotionFeed:
         """Measured heights of the sliders [m]; None if they are old or not known."""
         return self._newest.measured if self._newest and self._is_fresh() else None
 
+    @property
+    def measured_last(self) -> Vector3 | None:
+        """Measured heights of the sliders, however old; None if they are not known [m]."""
+        return self._newest.measured if self._newest else None
+
     def _is_fresh(self) -> bool:
         return time.monotonic() - self._time < SILENCE
 

@@ -6,10 +6,12 @@ The node fulfils the requests of the page that has the controls.
 from __future__ import annotations
 
 import math
+import re
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -285,6 +287,14 @@ def name_of(page: int) -> str:
     return f"page {page + 1}"
 
 
+# What a field of a number may show, and how much of another text is told [characters].
+DECIMAL = re.compile(r"[-+]?(?:[0-9]{1,9}(?:[.,][0-9]{0,9})?|[.,][0-9]{1,9})", re.ASCII)
+WHOLE = re.compile(r"[-+]?[0-9]{1,9}", re.ASCII)
+THOUSAND = re.compile(r"[-+]?[0-9]+,[0-9]{3}", re.ASCII)
+LONGEST_NUMBER = 20
+# Of the fields of speeds [mm/s].
+USUAL_SPEED, SLOWEST_SPEED = 50.0, 0.01
+
 # A refusal is shown for so long [s].
 REFUSAL_SHOWN = 12.0
 
@@ -471,6 +481,111 @@ class OperatorsInput:
         on_change = self._on_change
         if on_change is not None:
             self._requests.wish(lambda: on_change(value), outlasts_stop=True)
+
+
+class WrongNumberError(KinematicsError):
+    """A field shows no number that it may have.
+
+    Attributes:
+        label: of the field.
+        text: that it showed.
+    """
+
+    def __init__(self, label: str, text: str, wanted: str) -> None:
+        """Store both, and what is ``wanted``, in words."""
+        super().__init__(f"nothing done: {label}: {text[:LONGEST_NUMBER]!r} must be {wanted}")
+        self.label = label
+        self.text = text
+
+
+class OperatorsNumber:
+    """A number that only the page with the controls changes.
+
+    It is a field of text: one for numbers alters what is typed, key by key, until it is a number
+    that it may have. What is none is told when the number is needed; then the last one is shown.
+    """
+
+    def __init__(
+        self,
+        requests: OperatorRequests,
+        gui: viser.GuiApi,
+        label: str,
+        number: float,
+        *,
+        least: float = -math.inf,
+        is_whole: bool = False,
+        hint: str | None = None,
+        on_change: Callable[[float], None] | None = None,
+    ) -> None:
+        """Add the field to the open container of ``gui``, with a ``number``, ``least`` at least."""
+        self._label, self._least, self._is_whole = label, least, is_whole
+        self._last = number
+        self._on_change = on_change
+        field_of_text = gui.add_text(label, _shown(number), hint=hint)
+        self._input = OperatorsInput(requests, field_of_text, self._take)
+
+    @property
+    def value(self) -> float:
+        """The number that the field shows.
+
+        Raises:
+            WrongNumberError: if it shows none that it may have; from now on it shows the last one.
+        """
+        try:
+            return self._read(str(self._input.value))
+        except WrongNumberError:
+            self.set(self._last)
+            raise
+
+    def set(self, number: float) -> None:
+        """Show a number."""
+        self._last = number
+        self._input.set(_shown(number))
+
+    def _take(self, text: str) -> None:
+        # Somebody may still be typing: nothing is told about what is no number yet.
+        with suppress(WrongNumberError):
+            self._last = self._read(str(text))
+            if self._on_change is not None:
+                self._on_change(self._last)
+
+    def _read(self, text: str) -> float:
+        kind = "a whole number" if self._is_whole else "a number such as 2.5"
+        wanted = kind if self._least == -math.inf else f"{kind}, at least {_shown(self._least)}"
+        pattern = WHOLE if self._is_whole else DECIMAL
+        number = float(text.replace(",", ".")) if pattern.fullmatch(text.strip()) else math.nan
+        # A comma may be that of a thousand, too.
+        if not self._least <= number or THOUSAND.fullmatch(text.strip()):
+            raise WrongNumberError(self._label, text, wanted)
+        return number
+
+
+def _shown(number: float) -> str:
+    return f"{number:.10g}"
+
+
+class SpeedFields:
+    """A speed of the platform, or the choice that it goes as fast as the sliders can."""
+
+    def __init__(
+        self, requests: OperatorRequests, gui: viser.GuiApi, label: str, hint: str | None = None
+    ) -> None:
+        """Add both to the open container of ``gui``."""
+        self._speed = OperatorsNumber(
+            requests, gui, label, USUAL_SPEED, least=SLOWEST_SPEED, hint=hint
+        )
+        self._fastest = OperatorsInput(
+            requests, gui.add_checkbox("As fast as it can", initial_value=False)
+        )
+
+    @property
+    def value(self) -> float:
+        """The speed; 0 for the fastest [m/s].
+
+        Raises:
+            WrongNumberError: if the field shows none.
+        """
+        return 0.0 if self._fastest.value else 0.001 * self._speed.value
 
 
 class PagesBar:

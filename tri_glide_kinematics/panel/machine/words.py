@@ -97,6 +97,12 @@ REFUSALS = {
 UNITS = {"timeout": ("s", 1.0), "limit": ("mm", 1000.0), "tolerance": ("mm", 1000.0)}
 
 
+def position_text(position: Vector3) -> str:
+    """Return a ``position`` [m] for the strip."""
+    parts = (f"{axis} {_signed(1000.0 * each, 2)}" for axis, each in zip("XYZ", position))
+    return "  ".join((*parts, "mm"))
+
+
 @dataclass(frozen=True)
 class MachineStatus:
     """A message of ``~/machine_state``, or none so far."""
@@ -163,10 +169,8 @@ class MachineStatus:
     def position(self) -> str:
         """Where the setpoints are."""
         numbers = vector_of(self.message.position)
-        if self.state is None or not math.isfinite(sum(numbers)):
-            return ""
-        parts = (f"{axis} {_signed(1000.0 * each, 2)}" for axis, each in zip("XYZ", numbers))
-        return "  ".join((*parts, "mm"))
+        is_known = self.state is not None and math.isfinite(sum(numbers))
+        return position_text(numbers) if is_known else ""
 
     @property
     def speed(self) -> str:

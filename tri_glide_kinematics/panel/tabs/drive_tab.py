@@ -15,6 +15,8 @@ from tri_glide_kinematics.panel.machine import (
     NewestWish,
     OperatorRequests,
     OperatorsInput,
+    OperatorsNumber,
+    SpeedFields,
     note,
 )
 from tri_glide_kinematics.vectors import Vector3, scaled, three
@@ -45,9 +47,7 @@ SLOWEST_JOG, USUAL_JOG, FASTEST_JOG = 1.0, 20.0, 200.0
 TEACH_HINT = (
     f"the platform moves at {1000.0 * TEACH_SPEED:g} mm/s at most; this is no safety function"
 )
-SPEED_HINT = "largest speed of the platform on its way; 0: as fast as the sliders can"
-# Of a way to a position [mm/s].
-USUAL_SPEED = 50.0
+SPEED_HINT = "largest speed of the platform on its way"
 
 # To a position or by a vector [m], at a speed [m/s].
 Move = Callable[[Vector3, float], None]
@@ -96,24 +96,25 @@ class DriveTab:
         self._show_pad()
         mode.on_click(requests.on(self._set_mode))
         with gui.add_folder("Go to [mm]"):
-            place = gui.add_vector3("x, y, z", (0.0, 0.0, 0.0), step=0.1)
-            self._place = OperatorsInput(requests, place)
-            self._go_speed = OperatorsInput(
-                requests,
-                gui.add_number("at [mm/s]", USUAL_SPEED, min=0.0, step=1.0, hint=SPEED_HINT),
-            )
+            self._place = [OperatorsNumber(requests, gui, axis, 0.0) for axis in "xyz"]
+            self._go_speed = SpeedFields(requests, gui, "at [mm/s]", SPEED_HINT)
             go = gui.add_button("Go", color="blue", icon=viser.Icon.PLAYER_PLAY)
-            go.on_click(
-                requests.on(lambda _: move_to(scaled(self._place.value, 0.001), self.go_speed))
-            )
+            go.on_click(requests.on(lambda _: move_to(self._wanted(), self.go_speed)))
             here = gui.add_button("Take the present position")
             here.on_click(requests.on(lambda _: self._take_present()))
         self._present: Vector3 | None = None
 
     @property
     def go_speed(self) -> float:
-        """Speed of the way to a position, of the handle, too [m/s]."""
-        return float(0.001 * self._go_speed.value)
+        """Speed of the way to a position, of the handle, too; 0 for the fastest [m/s].
+
+        Raises:
+            WrongNumberError: if the field shows none.
+        """
+        return self._go_speed.value
+
+    def _wanted(self) -> Vector3:
+        return three(0.001 * field.value for field in self._place)
 
     def show(self, facts: MachineFacts, position: Vector3 | None) -> None:
         """Show speed scale and teach mode of the machine; it is commanded at ``position`` [m]."""
@@ -128,7 +129,8 @@ class DriveTab:
 
     def _take_present(self) -> None:
         if self._present is not None:
-            self._place.set(three(round(1000.0 * part, 2) for part in self._present))
+            for field, part in zip(self._place, self._present):
+                field.set(round(1000.0 * part, 2) + 0.0)
 
     async def _set_teach_mode(self, event: Event) -> None:
         """Ask for it: any page may make the machine slow, as any may stop it, but not fast."""

@@ -15,7 +15,14 @@ import yaml
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import load_yaml
-from tri_glide_kinematics.panel.machine import OperatorRequests, OperatorsInput, note, table
+from tri_glide_kinematics.panel.machine import (
+    OperatorRequests,
+    OperatorsInput,
+    OperatorsNumber,
+    SpeedFields,
+    note,
+    table,
+)
 from tri_glide_kinematics.programs import DriveFileError, PathStep, load_drive
 from tri_glide_kinematics.vectors import Vector3, three
 
@@ -112,7 +119,6 @@ def _number(value: float) -> str:
 
 
 USUAL_TOLERANCE = 1.0  # mm
-USUAL_SPEED = 50.0  # mm/s
 # Number of changes that can be taken back; each keeps one list of points.
 STEPS_BACK = 50
 # A file of points in the folder; no path leads out of it.
@@ -168,26 +174,19 @@ class PointsTab:
         self._clear = button("Clear all points", self._clear_all, color="red", visible=False)
         self._keep = button("Keep them", self._keep_all, visible=False)
         with gui.add_folder("Point"):
-            self._choice = OperatorsInput(
-                requests,
-                gui.add_number("Number", 1, min=1, step=1),
-                lambda _: self._show_chosen(),
+            self._choice = OperatorsNumber(
+                *(requests, gui, "Number", 1),
+                least=1,
+                is_whole=True,
+                on_change=lambda _: self._show_chosen(),
             )
             self._name = OperatorsInput(requests, gui.add_text("Name", ""))
-            self._place = [
-                OperatorsInput(requests, gui.add_number(f"{axis} [mm]", 0.0, step=0.01))
-                for axis in "xyz"
-            ]
+            self._place = [OperatorsNumber(requests, gui, f"{axis} [mm]", 0.0) for axis in "xyz"]
             actions = {"go to": self._go, "change": self._change, "remove": self._remove}
             one = gui.add_button_group("This one", tuple(actions))
             one.on_click(requests.on(lambda what: actions[what]()))
-        self._tolerance = OperatorsInput(
-            requests, gui.add_number("Corners [mm]", USUAL_TOLERANCE, min=0.0, step=0.1)
-        )
-        hint = "0: as fast as the sliders can"
-        self._speed = OperatorsInput(
-            requests, gui.add_number("Speed [mm/s]", USUAL_SPEED, min=0.0, step=1.0, hint=hint)
-        )
+        self._tolerance = OperatorsNumber(requests, gui, "Corners [mm]", USUAL_TOLERANCE, least=0.0)
+        self._speed = SpeedFields(requests, gui, "Speed [mm/s]")
         button("Drive through them", self._drive, color="blue", icon=viser.Icon.ROUTE)
         self._file = OperatorsInput(requests, gui.add_text("File name", file.stem))
         self._saved = gui.add_dropdown("Files", [NO_FILE])
@@ -270,7 +269,7 @@ class PointsTab:
             ):
                 self._requests.refuse(f"another point has the name {name!r}")
                 return
-            place = three(0.001 * float(field.value) for field in self._place)
+            place = three(0.001 * field.value for field in self._place)
             self._put((*self.points[:index], Point(place, name), *self.points[index + 1 :]))
 
     def _remove(self) -> None:
@@ -322,7 +321,7 @@ class PointsTab:
         self._saved_choice.set(NO_FILE)
 
     def _bounds(self) -> tuple[float, float]:
-        return 0.001 * self._tolerance.value, 0.001 * self._speed.value
+        return 0.001 * self._tolerance.value, self._speed.value
 
     def _say(self, text: str) -> None:
         self._note.content = note(text)

@@ -17,6 +17,7 @@ from tri_glide_kinematics.panel.machine import (
     NewestWish,
     OperatorRequests,
     OperatorsInput,
+    OperatorsNumber,
     bar,
     clock_text,
     code,
@@ -46,7 +47,6 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 UPLOAD = '<label class="tri-glide-upload">Upload a program<input type="file" data-upload></label>'
 LIST_PERIOD = 1.0  # s between two looks into the folder
 SHOW_PERIOD = 0.2  # s between two texts of the present line
-MOST_LINES = 100_000_000  # of a program, for the field of a line: more than any file has
 
 # Colours of the path, and of the line that runs: red, green and blue from 0 to 255.
 COLORS: dict[int, RGB] = {CUT: (0, 30, 130), RAPID: (110, 110, 110), OUTSIDE: (220, 0, 0)}
@@ -137,9 +137,7 @@ class ProgramTab:
             gui.add_dropdown("Dialect", (FROM_SETTINGS, *(each.value for each in Dialect))),
             self._choose_dialect,
         )
-        self._line = OperatorsInput(
-            requests, gui.add_number("From line", 1, min=1, max=MOST_LINES, step=1)
-        )
+        self._line = OperatorsNumber(requests, gui, "From line", 1, least=1, is_whole=True)
         self._single_block = OperatorsInput(
             requests, gui.add_checkbox("Single block", initial_value=False), self._set_single_block
         )
@@ -295,7 +293,7 @@ class ProgramTab:
         try:
             self._run = ProgramRun(
                 self._link,
-                from_line(read.program, self._line.value),
+                from_line(read.program, int(self._line.value)),
                 single_block=self._single_block.value,
                 kept=self._kept,
             )
