@@ -15,9 +15,11 @@ from motion_machine import (
     WORKSPACE,
     RecordedEngine,
     each_kind,
+    each_mode,
     engine,
     run,
     run_to_rest,
+    speeds,
 )
 from soak import many, seed
 
@@ -33,7 +35,6 @@ from tri_glide_kinematics.motion import (
     PlatformSpeedLimit,
     SliderLimits,
 )
-from tri_glide_kinematics.vectors import FloatArray
 
 SLOW = PlatformSpeedLimit(MACHINE, 0.1)
 MASSES = Masses.uniform(1.0, 0.1, 1.0)
@@ -59,10 +60,6 @@ def test_force_limits_that_cannot_hold_the_weight_are_refused_where_the_platform
     fresh.step(DT)
     fresh.set_limits(weak)
     run_to_rest(fresh)
-
-
-def speeds(heights: FloatArray) -> FloatArray:
-    return np.linalg.norm(np.diff(MACHINE.forward_batch(heights), axis=0), axis=1) / DT
 
 
 def largest_force(moving: RecordedEngine, bound: ForceLimits, seconds: float = math.inf) -> float:
@@ -143,7 +140,7 @@ def test_jogs_and_targets_are_as_fast_as_the_platform_may_be():
     assert moving.tracking_distance < 1e-3
 
 
-@pytest.mark.parametrize("in_pieces", [False, True])
+@each_mode
 def test_a_stop_at_the_largest_speed_of_the_platform_is_obeyed_at_once(in_pieces):
     """The bounds of each braking were a little above the limit: so it went on for 9.5 s."""
     limits = LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.001))
@@ -154,12 +151,7 @@ def test_a_stop_at_the_largest_speed_of_the_platform_is_obeyed_at_once(in_pieces
         moving.step(0.002)
         moving.work(lambda: False)
     moving.stop()
-    heights = [moving.state.heights]
-    while moving.phase is not MotionPhase.IDLE:
-        assert len(heights) * DT < 0.2
-        heights.append(moving.step(DT).heights)
-        moving.work(lambda: False)
-    driven = speeds(np.array(heights))
+    driven = speeds(run_to_rest(moving, 0.2, pieces=1))
     assert driven.max() <= 0.001 * (1.0 + 1e-6)
     # The braking begins in the next cycle: it was not steady motion that went on.
     assert driven[5] < driven[0] * (1.0 - 1e-4)
