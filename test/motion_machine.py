@@ -81,7 +81,10 @@ class RecordedEngine(MotionEngine):
         states: the setpoints, the first of them before the first step.
         periods: how long each step was; of the first setpoint it means nothing [s].
         first_limits: those it was made with.
+        period: how long the steps are that :func:`run` makes [s].
     """
+
+    period = DT
 
     def __init__(self, workspace: Workspace, limits: SliderLimits, **options) -> None:
         super().__init__(workspace, limits, **options)
@@ -106,11 +109,15 @@ class RecordedEngine(MotionEngine):
         """Return where the platform was from that setpoint on. Shape (n, 3) [m]."""
         return self.machine.forward_batch(self.heights_since(first))
 
+    def kept(self, limits: SliderLimits, first: int = 0) -> bool:
+        """Return whether all from that setpoint on kept ``limits``, by their differences."""
+        stream = CommandStream.from_heights(self.heights_since(first), self.periods[first:])
+        return LimitUse.of(stream, limits).is_within
+
     @property
     def kept_limits(self) -> bool:
         """Whether all setpoints kept the limits it was made with, by their differences."""
-        stream = CommandStream.from_heights(self.heights_since(), self.periods)
-        return LimitUse.of(stream, self.first_limits).is_within
+        return self.kept(self.first_limits)
 
 
 def engine(
@@ -118,10 +125,12 @@ def engine(
     limits: SliderLimits = LIMITS,
     workspace_limits: WorkspaceLimits = DEFAULT_LIMITS,
     heights=HOME,
+    period: float = DT,
     **options,
 ) -> RecordedEngine:
     """Return an engine that rests at ``heights``."""
     started = RecordedEngine(Workspace(MACHINE, workspace_limits), limits, kind=kind, **options)
+    started.period = period
     started.start(heights)
     return started
 
@@ -137,8 +146,8 @@ def more(pieces: float) -> Callable[[], bool]:
 def run(moving: RecordedEngine, seconds: float, pieces: float = PIECES) -> FloatArray:
     """Step an engine, with some planning in each step; return the heights from before that on."""
     first = len(moving.states) - 1
-    for _ in range(round(seconds / DT)):
-        moving.step(DT)
+    for _ in range(round(seconds / moving.period)):
+        moving.step(moving.period)
         if pieces:
             moving.work(more(pieces - 1))
     return moving.heights_since(first)
@@ -150,8 +159,8 @@ def run_to_rest(
     """Step an engine until it is idle, or paused; return the heights from before that on."""
     first = len(moving.states) - 1
     while moving.preparing or moving.phase not in (MotionPhase.IDLE, MotionPhase.PAUSED):
-        run(moving, DT, pieces)
-        assert (len(moving.states) - first) * DT < longest, "never came to rest"
+        run(moving, moving.period, pieces)
+        assert (len(moving.states) - first) * moving.period < longest, "never came to rest"
     return moving.heights_since(first)
 
 

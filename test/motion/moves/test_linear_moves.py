@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 import pytest
+from motion_machine import LIMITS, MACHINE, WORKSPACE
 from soak import many
-from strategies import DEFAULT_LIMITS
 
 from benchmarks.bench_moves import bent, planned, random_turns
 from benchmarks.linear_moves import (
@@ -29,13 +29,10 @@ from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderStat
 from tri_glide_kinematics.motion.moves import LinearMotion, LineJoining, LineToPosition
 from tri_glide_kinematics.motion.moves.line_entry import LineToEdge
 from tri_glide_kinematics.motion.trajectory import StraightLine, derivative_bounds
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
-LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 UNEQUAL_LIMITS = SliderLimits((1.0, 0.5, 0.8), (10.0, 12.0, 6.0), (200.0, 90.0, 300.0))
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-WORKSPACE = Workspace(MACHINE, DEFAULT_LIMITS)
 JOINING = LineJoining(MACHINE)
 MOVES = many(400)
 

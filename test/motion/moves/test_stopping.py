@@ -9,7 +9,7 @@ import pytest
 from motion_machine import LIMITS, MACHINE, engine, run, run_to_rest, within
 
 from benchmarks.bench_stops import KINDS, Drive, Kind, measure, own_stop, states, stopped
-from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, PlatformPath
+from tri_glide_kinematics.motion import MotionKind, MotionPhase, PlatformPath
 from tri_glide_kinematics.motion.moves import own_stop as shortest
 from tri_glide_kinematics.motion.moves.stopping import LONGEST_ON_LINE
 from tri_glide_kinematics.motion.trajectory import RuckigPlanner
@@ -104,20 +104,12 @@ def test_a_pause_stays_on_the_path_whatever_that_takes():
     for _ in range(10):
         run(following, 0.03)
         following.pause()
-        run_until_paused(following)
+        run_to_rest(following)
         if following.phase is MotionPhase.IDLE:
             break
         rest = np.array(MACHINE.forward(following.state.heights))
         assert np.linalg.norm(places - rest, axis=1).min() < 1e-5
         following.resume()
-
-
-def run_until_paused(following: MotionEngine) -> None:
-    for _ in range(5000):
-        if following.phase in (MotionPhase.PAUSED, MotionPhase.IDLE):
-            return
-        following.step(0.001)
-    raise AssertionError("never paused")
 
 
 @pytest.mark.parametrize("second", [(0.3, 0.0, 0.0), (-0.4, 0.2, 0.1), (0.0, 0.0, -0.5)])
