@@ -115,7 +115,7 @@ def test_a_lower_speed_of_the_platform_waits_until_the_motion_keeps_it(kind):
     while moving.limits_pending:
         moving.step(DT)
         steps += 1
-    assert steps < 300
+    assert steps < 150
     assert moving.limits.added == (SLOW,)
     assert moving.phase is MotionPhase.MOVING
     heights = run_to_rest(moving)
@@ -130,7 +130,7 @@ def test_jogs_and_targets_are_as_fast_as_the_platform_may_be():
     run(moving, 0.2)
     moving.jog((0.0, 0.3, 0.0))
     turned = speeds(run(moving, 0.4))
-    assert 0.09 < turned[-100:].min() and turned.max() <= 0.1 * (1.0 + 1e-6)
+    assert 0.09 < turned[-50:].min() and turned.max() <= 0.1 * (1.0 + 1e-6)
     moving.stop()
     run_to_rest(moving)
     x, y, z = MACHINE.forward(moving.state.heights)
@@ -148,7 +148,7 @@ def test_a_stop_at_the_largest_speed_of_the_platform_is_obeyed_at_once(in_pieces
     moving = engine(MotionKind.LINEAR, limits, heights=begin, in_pieces=in_pieces)
     moving.move_to((0.06, -0.04, 0.3))
     for _ in range(50):
-        moving.step(0.002)
+        moving.step(DT)
         moving.work(lambda: False)
     moving.stop()
     driven = speeds(run_to_rest(moving, 0.2, pieces=1))
@@ -164,7 +164,7 @@ def test_a_path_is_driven_at_the_speed_of_the_platform():
     moving.follow(path.line_to((x + 0.05, y + 0.05, z), speed=0.05))
     driven = speeds(run_to_rest(moving))
     assert 0.0995 < driven.max() <= 0.1 * (1.0 + 1e-6)
-    assert np.median(driven[-500:-200]) == pytest.approx(0.05, rel=2e-3)
+    assert np.median(driven[-250:-100]) == pytest.approx(0.05, rel=2e-3)
 
 
 def test_a_payload_in_mid_path_slows_the_rest_of_it():
@@ -206,10 +206,10 @@ def test_in_a_storm_of_limits_those_hold_that_are_in_force(kind):
     moving = engine(kind)
     most = beyond = 0.0
     before = moving.state.heights
-    for cycle in range(600):
-        if cycle % 60 == 0:
+    for cycle in range(300):
+        if cycle % 30 == 0:
             moving.move_to(np.array((0.0, 0.0, 0.3)) + rng.uniform(-0.07, 0.07, 3))
-        if cycle % 30 == 20:
+        if cycle % 15 == 10:
             values = tuple((10.0 ** rng.uniform(-3.0, 0.0, 3)).tolist())
             newest = SliderLimits(values, LIMITS.acceleration, LIMITS.jerk)
             slow = PlatformSpeedLimit(MACHINE, 10.0 ** rng.uniform(-4.0, 0.0))

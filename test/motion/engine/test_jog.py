@@ -54,7 +54,7 @@ def test_jogs_in_mid_motion_turn_into_their_direction_and_stop_inside(kind):
             else:
                 moving.move_to(MACHINE.forward(random_heights(rng)))
             for _ in range(int(rng.integers(10, 60))):
-                moving.step(4.0 * DT)
+                moving.step(2.0 * DT)
             twist = random_twist(rng)
             moving.jog(twist)
         except KinematicsError:
@@ -102,7 +102,7 @@ def test_jogs_at_the_edge_in_every_direction_move_or_are_refused_with_a_reason()
     moving.jog((0.3, 0.0, 0.0))
     run_to_rest(moving)
     moved = refused = 0
-    for angle in np.linspace(0.0, 4.0 * math.pi, 100):
+    for angle in np.linspace(0.0, 4.0 * math.pi, 60):
         before = place(moving)
         try:
             moving.jog((0.1 * math.cos(angle), 0.1 * math.sin(angle), 0.0))

@@ -14,16 +14,16 @@ from tri_glide_kinematics.motion.moves import own_stop as shortest
 from tri_glide_kinematics.motion.moves.stopping import LONGEST_ON_LINE
 from tri_glide_kinematics.motion.trajectory import RuckigPlanner
 
-# So many states take half a second.
+# So many states take a quarter of a second.
 COUNTS = {
-    "slider moves": 40,
-    "lines": 30,
-    "jogs, steady": 40,
-    "jogs, just begun": 50,
-    "jogs, just changed": 25,
-    "tracking": 3,
-    "paths at full speed": 6,
-    "paths with a speed": 6,
+    "slider moves": 20,
+    "lines": 15,
+    "jogs, steady": 20,
+    "jogs, just begun": 25,
+    "jogs, just changed": 12,
+    "tracking": 2,
+    "paths at full speed": 4,
+    "paths with a speed": 4,
 }
 
 
@@ -60,7 +60,7 @@ def test_a_stop_of_a_line_stays_on_it():
         drive.run(drive.rng.uniform(0.01, 0.8))
 
     left = 0
-    for drive in states(kind_of("lines")._replace(drive=one_line), 40, seed=4):
+    for drive in states(kind_of("lines")._replace(drive=one_line), 20, seed=4):
         machine, before = drive.workspace.machine, drive.engine.state
         begin, velocity = machine.forward_velocity(before.heights, before.velocities)
         own, inside = own_stop(drive)
@@ -75,7 +75,7 @@ def test_a_stop_of_a_line_stays_on_it():
             left += 1
         elif inside:
             assert until_rest < LONGEST_ON_LINE * own + 0.01
-    assert left <= 4
+    assert left <= 2
 
 
 def test_a_stop_on_a_path_stays_on_it_where_that_takes_little_longer():

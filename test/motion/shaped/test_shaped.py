@@ -62,7 +62,7 @@ PLAN = plan_move(WORKSPACE, LIMITS, START, END)
 
 @each_kind
 def test_it_keeps_the_limits_by_bounds_and_as_a_drive_sees_them(kind):
-    for motion in shaped_moves(12, kind):
+    for motion in shaped_moves(8, kind):
         use = at_once(motion.limit_use(LIMITS)).use
         assert use.max() <= 1.0 + 1e-8
         stream = CommandStream.from_heights(
@@ -76,7 +76,7 @@ def test_it_keeps_the_limits_by_bounds_and_as_a_drive_sees_them(kind):
 
 @each_kind
 def test_bounds_are_near_what_is_reached(kind):
-    for motion in shaped_moves(6, kind):
+    for motion in shaped_moves(4, kind):
         sampled = motion.sample(np.linspace(0.0, motion.duration, 5000))
         use = at_once(motion.limit_use(LIMITS)).use
         reached = (
