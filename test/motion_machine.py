@@ -29,7 +29,8 @@ from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
 
-DT = 0.001
+# How long a step takes, and one where that would be too coarse [s].
+DT, FINE = 0.002, 0.001
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 WORKSPACE = Workspace(MACHINE, DEFAULT_LIMITS)
@@ -59,8 +60,8 @@ each_kind = pytest.mark.parametrize("kind", KINDS)
 # With plans within commands, and in pieces.
 each_mode = pytest.mark.parametrize("in_pieces", [False, True])
 
-# Of planning in a step, about half a millisecond.
-PIECES = 10
+# Of planning in a step, about a millisecond.
+PIECES = 20
 
 
 # Ruckig 0.9.2, of the ROS index, plans no longer motions [s].
@@ -81,7 +82,10 @@ class RecordedEngine(MotionEngine):
         states: the setpoints, the first of them before the first step.
         periods: how long each step was; of the first setpoint it means nothing [s].
         first_limits: those it was made with.
+        period: how long the steps are that :func:`run` makes [s].
     """
+
+    period = DT
 
     def __init__(self, workspace: Workspace, limits: SliderLimits, **options) -> None:
         super().__init__(workspace, limits, **options)
@@ -106,11 +110,15 @@ class RecordedEngine(MotionEngine):
         """Return where the platform was from that setpoint on. Shape (n, 3) [m]."""
         return self.machine.forward_batch(self.heights_since(first))
 
+    def limit_use(self, limits: SliderLimits, first: int = 0) -> LimitUse:
+        """Compare the differences of all from that setpoint on with ``limits``."""
+        stream = CommandStream.from_heights(self.heights_since(first), self.periods[first:])
+        return LimitUse.of(stream, limits)
+
     @property
     def kept_limits(self) -> bool:
         """Whether all setpoints kept the limits it was made with, by their differences."""
-        stream = CommandStream.from_heights(self.heights_since(), self.periods)
-        return LimitUse.of(stream, self.first_limits).is_within
+        return self.limit_use(self.first_limits).is_within
 
 
 def engine(
@@ -118,10 +126,12 @@ def engine(
     limits: SliderLimits = LIMITS,
     workspace_limits: WorkspaceLimits = DEFAULT_LIMITS,
     heights=HOME,
+    period: float = DT,
     **options,
 ) -> RecordedEngine:
     """Return an engine that rests at ``heights``."""
     started = RecordedEngine(Workspace(MACHINE, workspace_limits), limits, kind=kind, **options)
+    started.period = period
     started.start(heights)
     return started
 
@@ -137,8 +147,8 @@ def more(pieces: float) -> Callable[[], bool]:
 def run(moving: RecordedEngine, seconds: float, pieces: float = PIECES) -> FloatArray:
     """Step an engine, with some planning in each step; return the heights from before that on."""
     first = len(moving.states) - 1
-    for _ in range(round(seconds / DT)):
-        moving.step(DT)
+    for _ in range(round(seconds / moving.period)):
+        moving.step(moving.period)
         if pieces:
             moving.work(more(pieces - 1))
     return moving.heights_since(first)
@@ -150,12 +160,12 @@ def run_to_rest(
     """Step an engine until it is idle, or paused; return the heights from before that on."""
     first = len(moving.states) - 1
     while moving.preparing or moving.phase not in (MotionPhase.IDLE, MotionPhase.PAUSED):
-        run(moving, DT, pieces)
-        assert (len(moving.states) - first) * DT < longest, "never came to rest"
+        run(moving, moving.period, pieces)
+        assert (len(moving.states) - first) * moving.period < longest, "never came to rest"
     return moving.heights_since(first)
 
 
-def stormed(moving: RecordedEngine, steps: int, seed: int, shapers) -> list:
+def stormed(moving: RecordedEngine, seconds: float, seed: int, shapers) -> list:
     """Step an engine with commands at random; return the shaper in force before and after each."""
     rng = random.Random(seed)
     commands = (
@@ -168,11 +178,11 @@ def stormed(moving: RecordedEngine, steps: int, seed: int, shapers) -> list:
         lambda: moving.set_shaper(rng.choice(shapers)),
     )
     found = [moving.shaper]
-    for _ in range(steps):
-        if rng.random() < 0.012:
+    for _ in range(round(seconds / moving.period)):
+        if rng.random() < 12.0 * moving.period:
             with suppress(KinematicsError):
                 rng.choices(commands, (5, 3, 2, 1, 1))[0]()
-        run(moving, DT, pieces=21)
+        run(moving, moving.period, pieces=21)
         found.append(moving.shaper)
     return found
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import TypeVar
+from itertools import product
+from typing import Any, TypeVar
 
 Case = TypeVar("Case")
 
@@ -29,3 +30,17 @@ def some(cases: Sequence[Case], count: int) -> list[Case]:
     The test is marked as slow, as ``make soak`` runs those.
     """
     return list(cases if LONGER > 1 else cases[:count])
+
+
+def combined(*factors: Sequence[Any]) -> list[tuple[Any, ...]]:
+    """Return combinations of one value of each factor: every second one in a short run, else all.
+
+    Of three factors with two values each, half has every pair of values of two of them. The test is
+    marked as slow.
+    """
+    choices = product(*(enumerate(values) for values in factors))
+    return [
+        tuple(value for _, value in choice)
+        for choice in choices
+        if LONGER > 1 or sum(index for index, _ in choice) % 2 == 0
+    ]

@@ -15,9 +15,11 @@ from motion_machine import (
     WORKSPACE,
     RecordedEngine,
     each_kind,
+    each_mode,
     engine,
     run,
     run_to_rest,
+    speeds,
 )
 from soak import many, seed
 
@@ -33,7 +35,6 @@ from tri_glide_kinematics.motion import (
     PlatformSpeedLimit,
     SliderLimits,
 )
-from tri_glide_kinematics.vectors import FloatArray
 
 SLOW = PlatformSpeedLimit(MACHINE, 0.1)
 MASSES = Masses.uniform(1.0, 0.1, 1.0)
@@ -59,10 +60,6 @@ def test_force_limits_that_cannot_hold_the_weight_are_refused_where_the_platform
     fresh.step(DT)
     fresh.set_limits(weak)
     run_to_rest(fresh)
-
-
-def speeds(heights: FloatArray) -> FloatArray:
-    return np.linalg.norm(np.diff(MACHINE.forward_batch(heights), axis=0), axis=1) / DT
 
 
 def largest_force(moving: RecordedEngine, bound: ForceLimits, seconds: float = math.inf) -> float:
@@ -118,7 +115,7 @@ def test_a_lower_speed_of_the_platform_waits_until_the_motion_keeps_it(kind):
     while moving.limits_pending:
         moving.step(DT)
         steps += 1
-    assert steps < 300
+    assert steps < 150
     assert moving.limits.added == (SLOW,)
     assert moving.phase is MotionPhase.MOVING
     heights = run_to_rest(moving)
@@ -133,7 +130,7 @@ def test_jogs_and_targets_are_as_fast_as_the_platform_may_be():
     run(moving, 0.2)
     moving.jog((0.0, 0.3, 0.0))
     turned = speeds(run(moving, 0.4))
-    assert 0.09 < turned[-100:].min() and turned.max() <= 0.1 * (1.0 + 1e-6)
+    assert 0.09 < turned[-50:].min() and turned.max() <= 0.1 * (1.0 + 1e-6)
     moving.stop()
     run_to_rest(moving)
     x, y, z = MACHINE.forward(moving.state.heights)
@@ -143,7 +140,7 @@ def test_jogs_and_targets_are_as_fast_as_the_platform_may_be():
     assert moving.tracking_distance < 1e-3
 
 
-@pytest.mark.parametrize("in_pieces", [False, True])
+@each_mode
 def test_a_stop_at_the_largest_speed_of_the_platform_is_obeyed_at_once(in_pieces):
     """The bounds of each braking were a little above the limit: so it went on for 9.5 s."""
     limits = LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.001))
@@ -151,15 +148,10 @@ def test_a_stop_at_the_largest_speed_of_the_platform_is_obeyed_at_once(in_pieces
     moving = engine(MotionKind.LINEAR, limits, heights=begin, in_pieces=in_pieces)
     moving.move_to((0.06, -0.04, 0.3))
     for _ in range(50):
-        moving.step(0.002)
+        moving.step(DT)
         moving.work(lambda: False)
     moving.stop()
-    heights = [moving.state.heights]
-    while moving.phase is not MotionPhase.IDLE:
-        assert len(heights) * DT < 0.2
-        heights.append(moving.step(DT).heights)
-        moving.work(lambda: False)
-    driven = speeds(np.array(heights))
+    driven = speeds(run_to_rest(moving, 0.2, pieces=1))
     assert driven.max() <= 0.001 * (1.0 + 1e-6)
     # The braking begins in the next cycle: it was not steady motion that went on.
     assert driven[5] < driven[0] * (1.0 - 1e-4)
@@ -172,7 +164,7 @@ def test_a_path_is_driven_at_the_speed_of_the_platform():
     moving.follow(path.line_to((x + 0.05, y + 0.05, z), speed=0.05))
     driven = speeds(run_to_rest(moving))
     assert 0.0995 < driven.max() <= 0.1 * (1.0 + 1e-6)
-    assert np.median(driven[-500:-200]) == pytest.approx(0.05, rel=2e-3)
+    assert np.median(driven[-250:-100]) == pytest.approx(0.05, rel=2e-3)
 
 
 def test_a_payload_in_mid_path_slows_the_rest_of_it():
@@ -214,10 +206,10 @@ def test_in_a_storm_of_limits_those_hold_that_are_in_force(kind):
     moving = engine(kind)
     most = beyond = 0.0
     before = moving.state.heights
-    for cycle in range(600):
-        if cycle % 60 == 0:
+    for cycle in range(300):
+        if cycle % 30 == 0:
             moving.move_to(np.array((0.0, 0.0, 0.3)) + rng.uniform(-0.07, 0.07, 3))
-        if cycle % 30 == 20:
+        if cycle % 15 == 10:
             values = tuple((10.0 ** rng.uniform(-3.0, 0.0, 3)).tolist())
             newest = SliderLimits(values, LIMITS.acceleration, LIMITS.jerk)
             slow = PlatformSpeedLimit(MACHINE, 10.0 ** rng.uniform(-4.0, 0.0))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from motion_machine import (
     DT,
+    FINE,
     HOME,
     KINDS,
     LIMITS,
@@ -137,7 +138,7 @@ def test_setpoints_hold_velocities_and_accelerations_of_the_heights(kind):
 def test_same_target_again_changes_nothing(kind):
     once, often = engine(kind), engine(kind)
     once.move_to(TARGET)
-    for _ in range(600):
+    for _ in range(300):
         often.move_to(TARGET)
         assert often.step(DT) == once.step(DT)
     assert often.phase is MotionPhase.IDLE
@@ -182,7 +183,7 @@ def test_refused_targets_leave_the_motion_as_it_was(kind):
 def test_flood_of_differing_targets_still_makes_progress(kind):
     rng, target = np.random.default_rng(4), np.array((0.01, 0.005, 0.27))
     moving = engine(kind)
-    for _ in range(160):
+    for _ in range(100):
         moving.move_to((target + 1e-4 * rng.normal(size=3)).tolist())
         moving.step(DT)
     assert moving.kept_limits
@@ -198,10 +199,10 @@ def test_held_plan_can_be_sampled_as_it_will_be_stepped(kind, shaper):
     run(moving, 0.1)
     moving.move_to(OTHER)
     run(moving, 0.005)
-    times = DT * np.arange(1, 400)
+    times = DT * np.arange(1, 200)
     sampled = moving.sample_plan(times)
     assert np.array_equal(sampled.times, times)
-    for row in range(399):
+    for row in range(199):
         state = moving.step(DT)
         assert np.allclose(sampled.heights[row], state.heights, rtol=0.0, atol=1e-11)
         assert np.allclose(sampled.velocities[row], state.velocities, rtol=0.0, atol=1e-9)
@@ -229,10 +230,10 @@ def test_machine_outside_the_workspace_comes_back_and_goes_no_farther(kind):
 def test_a_tiny_move_does_not_hide_the_one_after_it(kind):
     """Idle is said only when nothing more comes, however soon the second target came."""
     for pause in range(8):
-        moving = engine(kind)
+        moving = engine(kind, period=FINE)
         here = place(moving)
         moving.move_to((here[0] + 3e-7, here[1], here[2]))
-        run(moving, pause * DT)
+        run(moving, pause * moving.period)
         moving.move_to(TARGET)
         assert moving.phase is MotionPhase.MOVING
         run_to_rest(moving)

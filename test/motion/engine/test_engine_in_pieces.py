@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from motion_machine import (
     DT,
+    FINE,
     HOME,
     LIMITS,
     MACHINE,
@@ -70,24 +71,26 @@ def test_what_is_made_in_pieces_is_what_is_made_at_once():
     while in_pieces.preparing:
         assert in_pieces.step(DT).heights == HOME
         in_pieces.work(NO_MORE)
-    for _ in range(500):
+    for _ in range(250):
         assert at_once.step(DT) == in_pieces.step(DT)
 
 
 def test_a_linear_move_begins_quickly_and_goes_on_with_the_plan_that_is_made_at_once():
-    at_once, in_pieces = (engine(MotionKind.LINEAR, in_pieces=each) for each in (False, True))
+    at_once, in_pieces = (
+        engine(MotionKind.LINEAR, in_pieces=each, period=FINE) for each in (False, True)
+    )
     for moving in (at_once, in_pieces):
         moving.move_to(TARGET)
     shortest = at_once.remaining
     while in_pieces.preparing:
-        run(in_pieces, DT, pieces=1)
+        run(in_pieces, FINE, pieces=1)
     longest = in_pieces.remaining
     heights = run(in_pieces, 1.0, pieces=1)
     assert_rests_at(in_pieces, TARGET)
     line = np.subtract(TARGET, START)
     beside = np.cross(MACHINE.forward_batch(heights) - TARGET, line) / np.linalg.norm(line)
     assert np.abs(beside).max() < 1e-9
-    driven = DT * np.count_nonzero(np.diff(heights, axis=0).any(axis=1))
+    driven = FINE * np.count_nonzero(np.diff(heights, axis=0).any(axis=1))
     assert shortest < driven < longest
 
 
@@ -120,7 +123,7 @@ def test_a_plan_that_is_late_begins_later(kind):
 
 
 def test_the_next_plan_begins_so_far_ahead_as_the_last_ones_took():
-    moving = engine(MotionKind.LINEAR, in_pieces=True)
+    moving = engine(MotionKind.LINEAR, in_pieces=True, period=FINE)
     moving.move_to(TARGET)
     run(moving, 0.1, pieces=1)
     waits = []
@@ -129,7 +132,7 @@ def test_the_next_plan_begins_so_far_ahead_as_the_last_ones_took():
         moving.move_to((0.05, 0.05 * math.cos(turn), 0.3))
         waits.append(0)
         while moving.preparing and waits[-1] < 1000:
-            run(moving, DT, pieces=1)
+            run(moving, FINE, pieces=1)
             waits[-1] += 1
         assert moving.plan_number == number + 1
         run(moving, 0.02, pieces=1)
@@ -245,10 +248,10 @@ def test_steps_of_another_length_make_no_step():
     moving = engine(MotionKind.LINEAR, in_pieces=True)
     moving.move_to(TARGET)
     rng = np.random.default_rng(4)
-    for index in range(3000):
-        moving.step(float(rng.uniform(2e-4, 2e-3)))
+    for index in range(1500):
+        moving.step(float(rng.uniform(2e-4, 4e-3)))
         moving.work(NO_MORE)
-        if index in (150, 220, 300):
+        if index in (80, 115, 155):
             angle = TURN * index / 7.0
             moving.move_to((0.05 * math.cos(angle), 0.05 * math.sin(angle), 0.28))
     accelerations = np.array([state.accelerations for state in moving.states])

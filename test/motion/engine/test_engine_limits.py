@@ -101,14 +101,14 @@ def test_target_that_comes_while_limits_are_pending_is_reached(kind):
 
 
 @each_kind
-@pytest.mark.parametrize("steps", [240, 250, 260])
-def test_a_target_that_waits_for_limits_is_not_taken_for_the_one_before(kind, steps):
+@pytest.mark.parametrize("seconds", [0.24, 0.25, 0.26])
+def test_a_target_that_waits_for_limits_is_not_taken_for_the_one_before(kind, seconds):
     """Near its end the motion to that one keeps the new limits."""
     moving = engine(kind, in_pieces=True)
     moving.move_to(TARGET)
     while moving.phase is MotionPhase.IDLE:
         moving.work(lambda: True)
-    run(moving, steps * DT)
+    run(moving, seconds)
     moving.set_speed_scale(0.8)
     # Nothing is planned meanwhile.
     run(moving, 0.01, pieces=0)

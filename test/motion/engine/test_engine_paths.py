@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from motion_machine import (
     DT,
+    FINE,
     HOME,
     SHAPER,
     START,
@@ -25,6 +26,7 @@ from motion_machine import (
     run_to_rest,
     speeds,
 )
+from soak import combined, some
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionPhase, PlatformPath
@@ -70,7 +72,7 @@ def test_a_square_is_driven_within_limits_and_tolerance_to_its_end(in_pieces):
     assert_rests_at(moving, START)
     assert_near_polyline(moving, *CORNERS)
     # It does not stop at the corners.
-    assert slider_speeds(moving)[51:-50].min() > 0.01
+    assert slider_speeds(moving)[26:-25].min() > 0.01
 
 
 def test_a_corner_with_a_tolerance_takes_less_time_than_a_stop():
@@ -89,7 +91,7 @@ def test_pausing_anywhere_keeps_the_path(in_pieces):
     path = path_beside(*CORNERS[:4], (0.0, 0.01), tolerance=TOLERANCE)
     driven = path.driven
     dense = driven.derivatives(np.linspace(0.0, driven.length, 40001), 0)[0]
-    for pause_after in (0.02, 0.07, 0.12, 0.17, 0.2):
+    for pause_after in (0.02, 0.07, 0.2):
         moving = begun(path, in_pieces)
         run(moving, pause_after)
         moving.pause()
@@ -101,7 +103,7 @@ def test_pausing_anywhere_keeps_the_path(in_pieces):
         moving.resume()
         run_to_rest(moving)
         assert_rests_at(moving, path.end)
-        for point in moving.places_since(1)[::7]:
+        for point in moving.places_since(1)[::5]:
             nearest = np.argmin(np.linalg.norm(dense - point, axis=1))
             low, high = max(nearest - 1, 0), min(nearest + 1, len(dense) - 1)
             span = dense[low : high + 1]
@@ -194,10 +196,11 @@ def test_a_path_elsewhere_begins_after_a_line_to_its_start(in_pieces):
 
 @each_mode
 def test_a_slower_scale_on_the_path_is_kept_and_a_faster_one_used(in_pieces):
-    moving = begun(square(), in_pieces, limits=SliderLimits.uniform(0.2, 10.0, 200.0))
+    limits = SliderLimits.uniform(0.2, 10.0, 200.0)
+    moving = begun(square(), in_pieces, limits=limits, period=FINE)
     run(moving, 0.1)
     moving.set_speed_scale(0.25)
-    run(moving, 0.25)
+    run(moving, 0.3)
     assert moving.phase is MotionPhase.FOLLOWING
     assert not moving.limits_pending
     run(moving, 0.1)
@@ -232,7 +235,7 @@ def test_a_long_path_is_driven_in_parts_and_its_geometry_looked_at_before(in_pie
     run_to_rest(moving)
     assert_rests_at(moving, path.end)
     # Nowhere on the way does it crawl: each part goes over into the next.
-    assert slider_speeds(moving)[201:-200].min() > 0.02
+    assert slider_speeds(moving)[101:-100].min() > 0.02
 
 
 @each_mode
@@ -253,8 +256,9 @@ def test_without_a_path_nothing_can_be_paused_resumed_or_extended():
             ask()
 
 
+@pytest.mark.slow
 @each_mode
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", some(range(6), 3))
 def test_whatever_is_asked_on_a_path_the_limits_hold(seed, in_pieces):
     random = np.random.default_rng(seed)
     moving = engine(in_pieces=in_pieces)
@@ -296,7 +300,7 @@ def test_whatever_is_asked_on_a_path_the_limits_hold(seed, in_pieces):
             moving.resume()
         run_to_rest(moving)
     assert moving.kept_limits
-    for state in moving.states[::50]:
+    for state in moving.states[::25]:
         WORKSPACE.check_heights(state.heights)
 
 
@@ -344,9 +348,10 @@ def steadily(speed: float, in_pieces: bool, shaper=None) -> RecordedEngine:
     return moving
 
 
-@each_mode
-@pytest.mark.parametrize("shaper", [None, SHAPER])
-@pytest.mark.parametrize("scale", [0.3, 1.5])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("in_pieces", "shaper", "scale"), combined((False, True), (None, SHAPER), (0.3, 1.5))
+)
 def test_a_speed_override_is_in_force_soon_and_the_platform_never_stops(in_pieces, shaper, scale):
     asked = 0.05
     moving = steadily(asked, in_pieces, shaper)
@@ -356,9 +361,9 @@ def test_a_speed_override_is_in_force_soon_and_the_platform_never_stops(in_piece
     # A slower one may be undershot for a moment.
     assert after.min() > 0.4 * min(scale, 1.0) * asked
     assert after.max() < max(scale, 1.0) * asked * 1.01
-    assert after[-200:] == pytest.approx(scale * asked, rel=0.01)
+    assert after[-100:] == pytest.approx(scale * asked, rel=0.01)
     moving.set_path_speed_scale(1.0)
-    assert speeds(run(moving, 0.5))[-100:] == pytest.approx(asked, rel=0.01)
+    assert speeds(run(moving, 0.5))[-50:] == pytest.approx(asked, rel=0.01)
     assert moving.kept_limits
 
 
@@ -378,7 +383,7 @@ def test_overrides_and_scales_at_random_keep_all_limits_and_go_on(in_pieces):
     random = np.random.default_rng(7)
     moving = steadily(0.1, in_pieces)
     least = 1.0
-    for _ in range(12):
+    for _ in range(8):
         scale = float(random.choice((0.2, 0.5, 0.9, 1.0, 1.6, 2.0)))
         moving.set_path_speed_scale(scale)
         least = min(least, scale)
@@ -394,7 +399,7 @@ def test_a_lower_speed_scale_slows_a_path_down_that_asks_for_a_speed_and_stops_n
     after = speeds(run(moving, 0.4))
     assert moving.speed_scale == 0.4
     assert after.min() > 0.02
-    assert after[-100:] == pytest.approx(0.04, rel=0.01)
+    assert after[-50:] == pytest.approx(0.04, rel=0.01)
     assert moving.kept_limits
 
 
@@ -407,17 +412,17 @@ def test_the_place_on_the_path_is_that_of_the_setpoint(in_pieces, shaper):
     # There and back, with a stop between; then another path.
     moving.follow(path_beside((0.0, 0.0), (0.02, 0.0), (0.0, 0.0)))
     ways = []
-    for step in range(2000):
+    for step in range(1000):
         run(moving, DT)
         way = moving.path_place
         if not math.isnan(way):
             ways.append(way)
             assert place(moving) == pytest.approx(beside(0.02 - abs(way - 0.02)), abs=1e-9)
-        if step > 100 and moving.phase is MotionPhase.IDLE:
+        if step > 50 and moving.phase is MotionPhase.IDLE:
             break
     assert (np.diff(ways) >= -1e-15).all()
     assert ways[-1] == pytest.approx(0.04, abs=1e-12)
     moving.follow(path_beside((0.0, 0.0), (0.0, 0.01)))
-    run(moving, 50 * DT)
+    run(moving, 0.05)
     assert 0.0 <= moving.path_place < 0.01
     assert place(moving) == pytest.approx(beside(0.0, moving.path_place), abs=1e-9)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from motion_machine import DT, KINDS, MACHINE, engine, place, within
+from motion_machine import DT, MACHINE, each_kind, engine, place, run, run_to_rest
 from soak import many
 
 from benchmarks.edge_jogs import (
@@ -41,7 +41,7 @@ def test_jogs_from_rest_are_straight_and_stop_inside_at_the_edge():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
+@each_kind
 def test_jogs_in_mid_motion_turn_into_their_direction_and_stop_inside(kind):
     rng = np.random.default_rng(8)
     moving = engine(kind)
@@ -54,7 +54,7 @@ def test_jogs_in_mid_motion_turn_into_their_direction_and_stop_inside(kind):
             else:
                 moving.move_to(MACHINE.forward(random_heights(rng)))
             for _ in range(int(rng.integers(10, 60))):
-                moving.step(4.0 * DT)
+                moving.step(2.0 * DT)
             twist = random_twist(rng)
             moving.jog(twist)
         except KinematicsError:
@@ -74,7 +74,7 @@ def test_jogs_in_mid_motion_turn_into_their_direction_and_stop_inside(kind):
     assert turned
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each_kind
 def test_every_jog_that_has_ended_can_be_driven_back(kind):
     rng = np.random.default_rng(9)
     moving = engine(kind)
@@ -85,13 +85,13 @@ def test_every_jog_that_has_ended_can_be_driven_back(kind):
             moving.jog(twist)
         except NoRoomError:
             continue
-        heights = [moving.state.heights]
         while moving.phase is not MotionPhase.IDLE:
-            heights.append(moving.step(10.0 * DT).heights)
+            moving.step(10.0 * DT)
         edge = place(moving)
         moving.jog([-speed for speed in twist])
-        heights += [moving.step(10.0 * DT).heights for _ in range(30)]
-        assert_inside(np.array(heights))
+        for _ in range(30):
+            moving.step(10.0 * DT)
+        assert_inside(moving.heights_since())
         assert np.dot(place(moving) - edge, twist) < 0.0
 
 
@@ -100,20 +100,18 @@ def test_jogs_at_the_edge_in_every_direction_move_or_are_refused_with_a_reason()
     """A stick held outwards and turned round at the edge."""
     moving = engine()
     moving.jog((0.3, 0.0, 0.0))
-    while moving.phase is not MotionPhase.IDLE:
-        moving.step(DT)
-    rows = [moving.state.heights]
+    run_to_rest(moving)
     moved = refused = 0
-    for angle in np.linspace(0.0, 4.0 * math.pi, 100):
+    for angle in np.linspace(0.0, 4.0 * math.pi, 60):
         before = place(moving)
         try:
             moving.jog((0.1 * math.cos(angle), 0.1 * math.sin(angle), 0.0))
         except KinematicsError as error:
             refused += 1
             assert str(error)
-        rows += [moving.step(DT).heights for _ in range(20)]
+        run(moving, 0.02)
         moved += int(np.linalg.norm(place(moving) - before) > 1e-5)
-    assert_inside(np.array(rows))
-    assert within(np.array(rows))
+    assert_inside(moving.heights_since())
+    assert moving.kept_limits
     assert moved
     assert refused

@@ -69,8 +69,8 @@ def test_a_loop_over_it_drives_a_path_of_many_windows_and_its_extension(in_piece
     circle = PlatformPath.start(START).arc_about(centre, axis, 2.0 * math.pi)
     moving = engine(in_pieces=in_pieces, limits=SliderLimits.uniform(1.0, 10.0, 2000.0))
     moving.follow(circle)
-    for _ in range(200):
-        run(moving, DT, pieces=1)
+    for _ in range(100):
+        run(moving, DT, pieces=2)
         assert moving.remaining > 0.0
     moving.extend(path_beside((0.0, 0.0), (0.02, 0.0), tolerance=0.002))
     assert math.isinf(moving.remaining)
@@ -117,7 +117,7 @@ def test_a_pause_has_no_known_end_and_a_stop_has(in_pieces):
         run(moving, DT)
     assert math.isinf(moving.remaining)
     moving.resume()
-    for _ in range(50):
+    for _ in range(25):
         assert moving.remaining > 0.0
         run(moving, DT)
     moving.stop()

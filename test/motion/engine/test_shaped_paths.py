@@ -25,7 +25,7 @@ from motion_machine import (
     run_to_rest,
     within,
 )
-from soak import many
+from soak import many, some
 
 from testing.path_samples import largest_part, random_path
 from tri_glide_kinematics.errors import KinematicsError
@@ -128,7 +128,8 @@ def test_the_trajectory_without_an_engine_keeps_the_same():
     assert motion.duration > time_path(path, WORKSPACE, LIMITS).duration + SHAPER.duration
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", some(range(12), 6))
 def test_no_tolerance_makes_a_path_take_much_longer_than_stops_in_its_corners(seed):
     chance = np.random.default_rng(seed)
     mode = Mode(math.exp(chance.uniform(math.log(4.0), math.log(40.0))), 0.03)
@@ -186,7 +187,7 @@ def test_a_speed_that_is_asked_for_holds_though_speeds_are_averaged():
     places = offsets_of(path)
     speeds = np.diff(places[:, 0]) / DT
     slow = (places[:-1, 0] > 0.04) & (places[1:, 0] < 0.06)
-    assert slow.sum() > 100
+    assert slow.sum() > 50
     assert speeds[slow].max() <= 0.1 * (1.0 + 1e-6)
     assert speeds.max() > 0.3
 
@@ -258,8 +259,8 @@ def test_whatever_comes_between_the_limits_hold(in_pieces):
         lambda: moving.set_speed_scale(rng.choice((0.3, 0.6, 1.0))),
         lambda: moving.set_shaper(rng.choice((None, *SHAPERS))),
     )
-    for _ in range(many(3000)):
-        if rng.random() < 0.012:
+    for _ in range(many(1500)):
+        if rng.random() < 12.0 * DT:
             with suppress(KinematicsError):
                 rng.choices(commands, (3, 1, 1, 2, 3, 1, 1))[0]()
         rests = moving.phase is MotionPhase.IDLE and not moving.preparing

@@ -11,7 +11,7 @@ from benchmarks.soak_motion import soak
 
 STEPS = many(6_000)
 # Of coarse steps: whole plans are made in each.
-COARSE_STEPS = many(700)
+COARSE_STEPS = many(500)
 # At first one of each kind of motion, of plans, of machines and workspaces.
 CASES = (SCENARIOS[2], SCENARIOS[11], *SCENARIOS[:2], *SCENARIOS[3:11])
 

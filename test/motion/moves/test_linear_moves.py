@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 import pytest
+from motion_machine import LIMITS, MACHINE, WORKSPACE
 from soak import many
-from strategies import DEFAULT_LIMITS
 
 from benchmarks.bench_moves import bent, planned, random_turns
 from benchmarks.linear_moves import (
@@ -29,15 +29,12 @@ from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderStat
 from tri_glide_kinematics.motion.moves import LinearMotion, LineJoining, LineToPosition
 from tri_glide_kinematics.motion.moves.line_entry import LineToEdge
 from tri_glide_kinematics.motion.trajectory import StraightLine, derivative_bounds
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
+from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
-LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 UNEQUAL_LIMITS = SliderLimits((1.0, 0.5, 0.8), (10.0, 12.0, 6.0), (200.0, 90.0, 300.0))
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-WORKSPACE = Workspace(MACHINE, DEFAULT_LIMITS)
 JOINING = LineJoining(MACHINE)
-MOVES = many(400)
+MOVES = many(250)
 
 
 def line_between(start, end) -> StraightLine:
@@ -132,7 +129,7 @@ def lines_to_the_edge(count, margin, condition):
     ("margin", "condition", "longest"), [(5e-4, 100.0, 4.0), (1e-3, 50.0, 2.0)]
 )
 def test_lines_to_where_arms_lie_flat_take_no_ages(margin, condition, longest):
-    for line in lines_to_the_edge(100, margin, condition):
+    for line in lines_to_the_edge(50, margin, condition):
         plan = LinearMotion(MACHINE).from_rest(line, LIMITS)
         plan.check_limits(LIMITS)
         assert plan.duration < longest
@@ -140,7 +137,7 @@ def test_lines_to_where_arms_lie_flat_take_no_ages(margin, condition, longest):
 
 def test_lines_that_cannot_be_followed_are_refused_and_never_planned_wrong():
     refused = 0
-    for line in lines_to_the_edge(40, 1e-6, 1e6):
+    for line in lines_to_the_edge(20, 1e-6, 1e6):
         try:
             plan = LinearMotion(MACHINE).from_rest(line, LIMITS)
         except PlanningError as error:
@@ -200,7 +197,7 @@ def assert_continues(plan, state: SliderState, jerk: float = 200.0) -> None:
 
 def test_new_target_in_mid_motion_blends_without_a_step():
     blended = 0
-    for seed in range(25):
+    for seed in range(15):
         state, rng = moving_state(seed)
         target = tuple(rng.uniform((-0.08, -0.08, 0.1), (0.08, 0.08, 0.42)).tolist())
         builder = LineToPosition(WORKSPACE, target)

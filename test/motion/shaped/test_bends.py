@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from soak import some
 
 from testing.path_samples import random_path
 from tri_glide_kinematics.interruptible import at_once
@@ -63,7 +64,8 @@ def test_slopes_are_those_of_differences(seed):
     assert (bends.turned_before(ways) == slope).all()
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", some(range(20), 10))
 def test_at_the_speeds_that_are_allowed_no_more_is_cut_than_allowed(seed):
     """A steady motion from stop to stop at these speeds, whatever else would bound them."""
     driven, _, _ = sampled(seed)

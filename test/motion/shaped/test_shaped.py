@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +27,7 @@ from tri_glide_kinematics.motion.shaped.shaped import ShapedTrajectory, largest_
 from tri_glide_kinematics.motion.shaped.slowed import SlowedPlan
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.trajectory import CubicPlan, SequencePlan, Trajectory, checked
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Workspace
 
 SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
@@ -43,10 +44,25 @@ def shaped(plan: Trajectory, shaper: Shaper = SHAPER) -> ShapedTrajectory:
     return ShapedTrajectory(MACHINE, shaper, (DrivenPart(0.0, plan, 0.0),))
 
 
+def shaped_moves(count: int, kind: MotionKind, shaper: Shaper = SHAPER) -> Iterator[Trajectory]:
+    """Yield so many planned moves with a shaper."""
+    for start, end in random_ends(count):
+        yield plan_move(WORKSPACE, LIMITS, start, end, kind=kind, shaper=shaper)
+
+
+def assert_setpoints_are_samples(motion: Trajectory, times: FloatArray) -> None:
+    for time, *expected in zip(times.tolist(), *motion.sample(times)[1:]):
+        for found, values in zip(motion.at(time), expected):
+            np.testing.assert_allclose(found, values, rtol=0.0, atol=1e-11)
+
+
+START, END = random_ends(1)[0]
+PLAN = plan_move(WORKSPACE, LIMITS, START, END)
+
+
 @each_kind
 def test_it_keeps_the_limits_by_bounds_and_as_a_drive_sees_them(kind):
-    for start, end in random_ends(12):
-        motion = plan_move(WORKSPACE, LIMITS, start, end, kind=kind, shaper=SHAPER)
+    for motion in shaped_moves(8, kind):
         use = at_once(motion.limit_use(LIMITS)).use
         assert use.max() <= 1.0 + 1e-8
         stream = CommandStream.from_heights(
@@ -60,8 +76,7 @@ def test_it_keeps_the_limits_by_bounds_and_as_a_drive_sees_them(kind):
 
 @each_kind
 def test_bounds_are_near_what_is_reached(kind):
-    for start, end in random_ends(6):
-        motion = plan_move(WORKSPACE, LIMITS, start, end, kind=kind, shaper=SHAPER)
+    for motion in shaped_moves(4, kind):
         sampled = motion.sample(np.linspace(0.0, motion.duration, 5000))
         use = at_once(motion.limit_use(LIMITS)).use
         reached = (
@@ -74,15 +89,11 @@ def test_bounds_are_near_what_is_reached(kind):
 
 @each_kind
 def test_setpoints_are_those_of_the_samples_and_of_their_differences(kind):
-    start, end = random_ends(1)[0]
-    motion = plan_move(WORKSPACE, LIMITS, start, end, kind=kind, shaper=SHAPER)
+    (motion,) = shaped_moves(1, kind)
     times = np.linspace(0.001, motion.duration + 0.01, 200)
-    sampled = motion.sample(times)
-    for time, *expected in zip(times.tolist(), *sampled[1:]):
-        for found, values in zip(motion.at(time), expected):
-            np.testing.assert_allclose(found, values, rtol=0.0, atol=1e-11)
+    assert_setpoints_are_samples(motion, times)
     dt = 1e-6
-    later = motion.sample(times + dt)
+    sampled, later = motion.sample(times), motion.sample(times + dt)
     np.testing.assert_allclose(
         (later.heights - sampled.heights) / dt,
         0.5 * (later.velocities + sampled.velocities),
@@ -97,13 +108,15 @@ def test_setpoints_are_those_of_the_samples_and_of_their_differences(kind):
 
 def plans() -> list[Trajectory]:
     """Return a plan of each sort that is shaped: moves, a path, a part of a path and the next."""
-    start, end = random_ends(1)[0]
-    moves = [plan_move(WORKSPACE, LIMITS, start, end, kind=kind) for kind in MotionKind]
+    moves = [plan_move(WORKSPACE, LIMITS, START, END, kind=kind) for kind in MotionKind]
     whole = time_path(random_path(5, most=4), WORKSPACE, LIMITS)
     return [*moves, whole, SequencePlan([whole], 0.3 * whole.duration)]
 
 
-@pytest.mark.parametrize("plan", plans(), ids=lambda plan: type(plan).__name__)
+each_plan = pytest.mark.parametrize("plan", plans(), ids=lambda plan: type(plan).__name__)
+
+
+@each_plan
 def test_plans_know_how_the_platform_moves(plan):
     knots = plan.knots()
     times = np.concatenate(([-0.1], 0.5 * (knots[1:] + knots[:-1]), [plan.duration + 0.1]))
@@ -114,26 +127,13 @@ def test_plans_know_how_the_platform_moves(plan):
         np.testing.assert_allclose(plan.platform_at(MACHINE, time), values, rtol=0.0, atol=1e-11)
 
 
-@pytest.mark.parametrize("plan", plans(), ids=lambda plan: type(plan).__name__)
+@each_plan
 def test_setpoints_are_those_of_the_samples_where_plans_are_replaced(plan):
     past = 0.4 * plan.duration
     parts = [DrivenPart(-past, plan, 0.0), DrivenPart(0.03, plan, past + 0.03)]
     motion = ShapedTrajectory(MACHINE, SHAPER, parts)
     times = np.append(np.linspace(0.0, motion.duration + 0.05, 300), motion.duration)
-    sampled = motion.sample(times)
-    for time, *expected in zip(times.tolist(), *sampled[1:]):
-        for found, values in zip(motion.at(time), expected):
-            np.testing.assert_allclose(found, values, rtol=0.0, atol=1e-11)
-
-
-def test_lines_stay_straight():
-    for start, end in random_ends(10):
-        motion = plan_move(WORKSPACE, LIMITS, start, end, kind=MotionKind.LINEAR, shaper=SHAPER)
-        times = np.linspace(0.0, motion.duration, 400)
-        places = MACHINE.forward_batch([motion.at(time).heights for time in times.tolist()])
-        along = np.subtract(end, start) / math.dist(start, end)
-        across = np.cross(places - start, along)
-        assert np.linalg.norm(across, axis=1).max() < 1e-12
+    assert_setpoints_are_samples(motion, times)
 
 
 @each_kind
@@ -151,14 +151,12 @@ def test_it_leaves_no_swing(kind, frequency):
 
 
 def test_it_comes_to_rest_one_shaper_later():
-    start, end = random_ends(1)[0]
-    plan = plan_move(WORKSPACE, LIMITS, start, end)
-    motion = shaped(plan)
-    assert motion.duration == pytest.approx(plan.duration + SHAPER.duration)
+    motion = shaped(PLAN)
+    assert motion.duration == pytest.approx(PLAN.duration + SHAPER.duration)
     final = motion.at(motion.duration)
-    assert MACHINE.forward(final.heights) == pytest.approx(end, abs=1e-9)
+    assert MACHINE.forward(final.heights) == pytest.approx(END, abs=1e-9)
     assert max(map(abs, (*final.velocities, *final.accelerations))) < 1e-9
-    assert MACHINE.forward(motion.at(-1.0).heights) == pytest.approx(start, abs=1e-12)
+    assert MACHINE.forward(motion.at(-1.0).heights) == pytest.approx(START, abs=1e-12)
 
 
 def test_paths_are_shaped_too():
@@ -184,11 +182,9 @@ def test_a_path_that_needs_more_than_five_attempts_is_planned():
 
 def test_what_was_driven_before_belongs_to_it():
     """A plan that is replaced by its own rest changes nothing."""
-    start, end = random_ends(1)[0]
-    plan = plan_move(WORKSPACE, LIMITS, start, end)
-    whole = shaped(plan)
-    past = 0.4 * plan.duration
-    parts = (DrivenPart(-past, plan, 0.0), DrivenPart(0.0, plan, past))
+    whole = shaped(PLAN)
+    past = 0.4 * PLAN.duration
+    parts = (DrivenPart(-past, PLAN, 0.0), DrivenPart(0.0, PLAN, past))
     left = ShapedTrajectory(MACHINE, SHAPER, parts)
     assert left.duration == pytest.approx(whole.duration - past)
     times = np.linspace(0.0, left.duration, 300)
@@ -201,8 +197,7 @@ def test_what_was_driven_before_belongs_to_it():
 
 
 def test_a_limit_that_is_exceeded_is_named():
-    start, end = random_ends(1)[0]
-    motion = shaped(plan_move(WORKSPACE, LIMITS, start, end))
+    motion = shaped(PLAN)
     less = type(LIMITS)(LIMITS.velocity, tuple(0.5 * a for a in LIMITS.acceleration), LIMITS.jerk)
     with pytest.raises(SliderLimitError, match="acceleration"):
         motion.check_limits(less)
@@ -210,8 +205,7 @@ def test_a_limit_that_is_exceeded_is_named():
 
 
 def test_limits_are_checked_in_pieces():
-    start, end = random_ends(1)[0]
-    motion = shaped(plan_move(WORKSPACE, LIMITS, start, end))
+    motion = shaped(PLAN)
     slowed = SlowedPlan(MACHINE, motion, 0.2 * motion.duration, 0.5)
     more = LIMITS.times(2.0, 4.0, 8.0)
     for each in (motion, slowed, SequencePlan([motion]), SequencePlan([slowed, slowed])):
@@ -219,8 +213,7 @@ def test_limits_are_checked_in_pieces():
 
 
 def test_travel_that_is_left_is_found_without_a_second_look(monkeypatch):
-    start, end = random_ends(1)[0]
-    motion = shaped(plan_move(WORKSPACE, LIMITS, start, end))
+    motion = shaped(PLAN)
     begin, rest = (np.array(motion.at(time).heights) for time in (0.0, motion.duration))
     ends = np.maximum(begin, rest)
     slider = int((rest - begin).argmax())
@@ -234,7 +227,6 @@ def test_travel_that_is_left_is_found_without_a_second_look(monkeypatch):
 
 @each_kind
 def test_a_slow_motion_is_proved_with_little_more_work_than_a_fast_one(kind, monkeypatch):
-    start, end = random_ends(1)[0]
     path_check, parts, work = Workspace.path_check, [], []
 
     def noted(region, state, duration, acceleration):
@@ -243,7 +235,7 @@ def test_a_slow_motion_is_proved_with_little_more_work_than_a_fast_one(kind, mon
 
     for scale in (1.0, 1e-2, 1e-4):
         slow = LIMITS.with_velocity_scaled(scale)
-        motion = plan_move(WORKSPACE, slow, start, end, kind=kind, shaper=SHAPER)
+        motion = plan_move(WORKSPACE, slow, START, END, kind=kind, shaper=SHAPER)
         pieces = sum(1 for _ in motion.limit_use(slow))
         with monkeypatch.context() as patch:
             patch.setattr(Workspace, "path_check", noted)
@@ -267,8 +259,7 @@ def test_a_slow_motion_is_proved_with_little_more_work_than_a_fast_one(kind, mon
 
 
 def test_a_motion_that_is_over_keeps_all_limits():
-    start, end = random_ends(1)[0]
-    motion = shaped(plan_move(WORKSPACE, LIMITS, start, end))
+    motion = shaped(PLAN)
     assert at_once(motion.limit_use(LIMITS, since=motion.duration)).use.max() == 0.0
 
 
