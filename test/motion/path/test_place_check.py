@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from motion_machine import MACHINE, WORKSPACE
+from motion_machine import BOX, MACHINE, WORKSPACE, WORKSPACES
 from strategies import DEFAULT_LIMITS, is_inside, random_geometry
 
 from testing.path_samples import random_path
@@ -18,23 +18,10 @@ from tri_glide_kinematics.tri_glide import TriGlide, UnreachableError
 from tri_glide_kinematics.workspace import (
     TOLERANCE,
     ConditionField,
-    Cylinder,
     OutsideWorkspaceError,
     Workspace,
     WorkspaceLimit,
 )
-
-BOX = {"box_lower": (-0.1, -0.12, 0.05), "box_upper": (0.11, 0.1, 0.4)}
-WORKSPACES = {
-    "travel": Workspace(
-        MACHINE, replace(DEFAULT_LIMITS, lower_heights=(0.45,) * 3, upper_heights=(0.75,) * 3)
-    ),
-    "conditioning": Workspace(MACHINE, replace(DEFAULT_LIMITS, max_condition_number=3.0)),
-    "box": Workspace(MACHINE, replace(DEFAULT_LIMITS, **BOX)),
-    "cylinder": Workspace(
-        MACHINE, replace(DEFAULT_LIMITS, cylinder=Cylinder(0.01, -0.02, 0.11, 0.1, 0.45))
-    ),
-}
 
 
 def judged(path, workspace):

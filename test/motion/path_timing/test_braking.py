@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
-from timed_paths import AT_BEGIN, LIMITS, dense_path, random_path, seen, start_at
+from motion_machine import LIMITS
+from timed_paths import AT_BEGIN, dense_path, random_path, seen, start_at
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.errors import PlanningError

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from motion_machine import LIMITS, MACHINE, WORKSPACE
-from strategies import DEFAULT_LIMITS
+from motion_machine import LIMITS, MACHINE, WORKSPACE, WORKSPACES
 from tracking_run import PLACE, TrackingRun, at_rest
 
 from tri_glide_kinematics.motion.limits import EDGE_CLEARANCE, SliderLimits, SliderState
@@ -16,11 +15,8 @@ from tri_glide_kinematics.motion.tracking import WantedVelocity, WayAhead, appro
 from tri_glide_kinematics.motion.tracking.straight_motion import slider_line, wanted_motion
 from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.workspace import Workspace
 
-BOX = Workspace(
-    MACHINE, replace(DEFAULT_LIMITS, box_lower=(-0.1, -0.12, 0.05), box_upper=(0.11, 0.1, 0.4))
-)
+BOX = WORKSPACES["box"]
 SPEED = 0.1
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -38,6 +40,7 @@ def forces(masses: Masses = SMOOTH, up: float = 40.0, down: float = 40.0) -> For
     return ForceLimits(SliderForces(MACHINE, masses), (up,) * 3, (down,) * 3)
 
 
+@cache
 def motions(limits: SliderLimits = LIMITS, count: int = 3) -> list[Trajectory]:
     """Return moves of both kinds, shaped ones, and paths, between random places."""
     rng = np.random.default_rng(3)
