@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from hypothesis import strategies as st
+from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limits import AT_REST, SampledPlan, SliderLimits, SliderState
@@ -35,6 +36,23 @@ def moving_plan(first: Vector3, second: Vector3, part: float) -> CubicPlan:
     motion = SliderMotion()
     one = at_once(motion.move(HOME, first, LIMITS))
     return at_once(motion.move(one.at(part * one.duration), second, LIMITS))
+
+
+def motion_of_ruckig(
+    state: SliderState,
+    target: Vector3,
+    limits: SliderLimits,
+    synchronization: Synchronization = Synchronization.Time,
+) -> Trajectory:
+    """Return what ruckig itself makes of a move."""
+    given, trajectory = InputParameter(3), Trajectory(3)
+    given.current_position, given.current_velocity, given.current_acceleration = state
+    given.target_position = target
+    given.max_velocity, given.max_acceleration = limits.velocity, limits.acceleration
+    given.max_jerk = limits.jerk
+    given.synchronization = synchronization
+    Ruckig(3, 0.001).calculate(given, trajectory)
+    return trajectory
 
 
 def dense(plan: CubicPlan, count: int = 4001) -> SampledPlan:

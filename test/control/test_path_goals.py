@@ -378,9 +378,9 @@ def test_each_of_many_changes_of_the_override_is_in_force_while_a_path_is_driven
         Follow.made(lambda _: flat.path_from(MACHINE.forward(rig.heights)), "square")
     )
     rig.cycle(200)
-    for scale in (2.0, 0.5, 1.0, 0.7, 1.5):
+    for scale in (2.0, 0.5, 1.0):
         rig.controller.set_limits(LIMITS, 1.0, scale)
-        rig.cycle(150)
+        rig.cycle(120)
         assert goal.outcome is None
         assert rig.engine.path_speed_scale == scale
         assert rig.controller.progress.speed == pytest.approx(0.01 * scale, rel=0.01)

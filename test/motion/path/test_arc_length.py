@@ -13,7 +13,7 @@ from tri_glide_kinematics.motion.path import PlatformPath
 
 def test_the_length_is_that_of_many_chords():
     rng = np.random.default_rng(1)
-    for _ in range(20):
+    for _ in range(8):
         path, _ = random_path(rng, 8)
         driven = path.driven
         parts = np.linspace(0.0, 1.0, 400)
@@ -36,7 +36,7 @@ def test_the_length_is_that_of_many_chords():
 
 def test_the_inverse_of_the_way_driven():
     rng = np.random.default_rng(2)
-    for _ in range(15):
+    for _ in range(6):
         path, _ = random_path(rng)
         driven = path.driven
         ways = np.concatenate((rng.uniform(0.0, path.length, 200), [0.0, path.length]))

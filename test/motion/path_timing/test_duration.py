@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from motion_machine import LIMITS, WORKSPACE
+from soak import some
 from timed_paths import dense_path, random_path, seen
 
 from tri_glide_kinematics.motion.path import PlatformPath
@@ -37,10 +38,10 @@ def rows(half: float, count: int) -> PlatformPath:
     return path
 
 
-def with_stops() -> PlatformPath:
-    """Return a path with stops, and with rapid lines beside slow ones."""
+def with_stops(count: int) -> PlatformPath:
+    """Return a path of so many lines with stops, and with rapid lines beside slow ones."""
     path = PlatformPath.start((0.0, 0.0, 0.3))
-    for number in range(12):
+    for number in range(count):
         angle = 0.5 * number
         place = (0.03 * np.cos(angle), 0.03 * np.sin(angle), 0.3)
         path = path.line_to(place, 0.0 if number % 3 else 1e-3, None if number % 2 else 0.01)
@@ -61,27 +62,28 @@ def layers(count: int) -> PlatformPath:
 
 # Each with how many times less is done, and how near the duration is.
 PATHS = {
-    "dense and slow": (dense_path(1500, 0.02), 1.5, 0.004),
-    "dense": (dense_path(6000, 0.1), 1.5, 0.004),
-    "dense, at the limits": (dense_path(2000), 0.0, 0.004),
-    "helix": (circles(0.03), 3.0, 0.004),
-    "corners": (square([0.01, 0.02]), 2.0, 0.004),
+    "dense": (dense_path(3000, 0.1), 0.0, 0.004),
+    "dense, at the limits": (dense_path(1000), 0.0, 0.004),
+    "helix": (circles(0.06), 1.3, 0.004),
+    "corners": (square([0.01]), 2.0, 0.004),
     "corners, fast": (square([0.2]), 0.0, 0.004),
-    **{f"at random {seed}": (random_path(seed), 0.0, 0.004) for seed in range(4)},
-    "short rows": (rows(0.01, 100), 3.0, 0.01),
+    "at random": (random_path(0), 0.0, 0.004),
+    "short rows": (rows(0.01, 50), 2.5, 0.01),
+    "stops": (with_stops(6), 0.0, 0.01),
+    "many short lines between stops": (layers(3), 1.2, 0.01),
+    "more short rows": (rows(0.01, 100), 3.0, 0.01),
     "rows": (rows(0.03, 40), 3.0, 0.01),
-    "stops": (with_stops(), 0.0, 0.01),
-    "many short lines between stops": (layers(4), 1.2, 0.01),
+    "dense and slow": (dense_path(1500, 0.02), 1.5, 0.004),
+    "dense and long": (dense_path(6000, 0.1), 1.5, 0.004),
+    "helix, slow": (circles(0.03), 3.0, 0.004),
+    "more corners": (square([0.01, 0.02]), 2.0, 0.004),
+    "many stops": (with_stops(12), 0.0, 0.01),
+    **{f"at random {seed}": (random_path(seed), 0.0, 0.004) for seed in range(1, 8)},
 }
 
 
-SLOW = ("short rows", "rows", "many short lines between stops")
-
-
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in PATHS],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", some(list(PATHS), 9))
 def test_it_is_the_duration_of_the_motion_that_is_planned(name):
     path, sparing, near = PATHS[name]
     heights = seen(path)
@@ -104,7 +106,7 @@ def counted(computation):
 
 def test_what_is_planned_does_not_grow_with_the_path():
     """Neither with its length nor with its stops."""
-    few, some = counted(PLANNER.duration(seen(layers(20)), LIMITS))
-    many, same = counted(PLANNER.duration(seen(layers(60)), LIMITS))
+    few, some = counted(PLANNER.duration(seen(layers(10)), LIMITS))
+    many, same = counted(PLANNER.duration(seen(layers(30)), LIMITS))
     assert same <= 1.5 * some
     assert many == pytest.approx(3.0 * few, rel=0.02)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
 from motion_machine import DT, LIMITS, MACHINE, WORKSPACE, WORKSPACES, limit_use
+from motion_plans import LIMITS as UNEQUAL
 from motion_plans import peaks
+from soak import some
 from tracking_run import PLACE, TrackingRun, at_rest
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -23,12 +26,12 @@ from tri_glide_kinematics.motion.tracking import Follower, MovingTarget, WantedV
 from tri_glide_kinematics.motion.trajectory import SAME_TIME
 from tri_glide_kinematics.workspace import TOLERANCE
 
-UNEQUAL = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))
 SLOW = SliderLimits.uniform(0.3, 4.0, 60.0)
 PLACES = {
     "plain": WORKSPACE,
     **{name: WORKSPACES[name] for name in ("conditioning", "box", "cylinder")},
 }
+PERIODS = (0.001, 0.002, 0.004, 0.01)
 ONE = 1.0 + RELATIVE_ROUNDING
 STOP = WantedVelocity((0.0, 0.0, 0.0))
 
@@ -94,8 +97,12 @@ class RandomWishes:
         return self._wanted
 
 
-@pytest.mark.parametrize("period", (0.001, 0.002, 0.004, 0.01))
-@pytest.mark.parametrize("name", PLACES)
+# Each place and each period once, and in the soak each with each.
+CASES = list(dict.fromkeys([*zip(PLACES, PERIODS), *product(PLACES, PERIODS)]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "period"), some(CASES, 6))
 def test_whatever_is_wanted_each_step_leaves_a_way_to_rest(name, period):
     workspace = PLACES[name]
     rng = np.random.default_rng(round(1e4 * period))
@@ -120,7 +127,7 @@ def test_setpoints_keep_the_limits_by_their_differences():
     """What a drive sees, with no look at the steps."""
     run = TrackingRun()
     wishes = RandomWishes(np.random.default_rng(1))
-    for _ in range(2500):
+    for _ in range(1500):
         run.step(wishes.next(DT), LIMITS, DT)
     use = limit_use(np.array([state.heights for state in run.states]))
     assert use.is_within

@@ -52,12 +52,13 @@ def lag(states: list[SliderState], period: float, turns: float) -> float:
     return float(behind.mean()) / (math.tau * turns)
 
 
-@pytest.mark.parametrize("period", (0.001, 0.002))
-@pytest.mark.parametrize("turns", (0.25, 0.5, 1.0, 2.0))
+@pytest.mark.parametrize(
+    ("turns", "period"), ((0.25, 0.002), (0.5, 0.001), (1.0, 0.002), (2.0, 0.002), (2.0, 0.001))
+)
 def test_lag_is_at_most_a_period_more_than_without_any_check(turns, period):
     run = TrackingRun()
     ruckig, reference = RuckigPlanner(3), [at_rest()]
-    for cycle in range(round(1.5 / period)):
+    for cycle in range(round(1.0 / period)):
         velocity = turning(cycle * period, turns)
         assert run.step(WantedVelocity(velocity), period=period)
         reference.append(unchecked(reference[-1], velocity, period, ruckig))
@@ -145,7 +146,7 @@ def test_wish_keeps_each_limit_where_the_platform_passes(limit):
     values = {"velocity": 0.1, "acceleration": 0.05, "jerk": 0.3}
     limits = LIMITS if limit == "none" else replace(LIMITS, **{limit: (values[limit],) * 3})
     bound = 0
-    for _ in range(200):
+    for _ in range(100):
         place = rng.uniform((-0.08, -0.08, 0.2), (0.08, 0.08, 0.3))
         direction = rng.normal(size=3)
         velocity = direction / np.linalg.norm(direction) * 0.4
@@ -157,7 +158,7 @@ def test_wish_keeps_each_limit_where_the_platform_passes(limit):
         assert (np.abs(passing.rates) <= np.array(limits.velocity) * (1.0 + 1e-12)).all()
         assert (np.abs(passing.accelerations) <= np.array(limits.acceleration)).all()
         assert (np.abs(passing.jerks) <= np.array(limits.jerk)).all()
-    assert (bound > 100) is (limit != "none")
+    assert (bound > 50) is (limit != "none")
 
 
 def test_slope_of_a_wish_is_how_the_speed_changes():
@@ -197,7 +198,7 @@ def test_way_ahead_is_the_exit_distance_wherever_one_stands():
     rng = np.random.default_rng(4)
     ahead = WayAhead(BOX)
     seen = 0
-    for _ in range(60):
+    for _ in range(30):
         place = rng.uniform((-0.08, -0.1, 0.1), (0.08, 0.08, 0.35))
         direction = rng.normal(size=3)
         direction /= np.linalg.norm(direction)
@@ -210,4 +211,4 @@ def test_way_ahead_is_the_exit_distance_wherever_one_stands():
             else:
                 assert found == pytest.approx(right, abs=2e-5)
                 seen += 1
-    assert 50 < seen < 1100
+    assert 25 < seen < 550
