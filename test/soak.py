@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from typing import TypeVar
+from collections.abc import Iterable, Sequence
+from itertools import product
+from typing import Any, TypeVar
 
 Case = TypeVar("Case")
 
@@ -29,3 +30,15 @@ def some(cases: Sequence[Case], count: int) -> list[Case]:
     The test is marked as slow, as ``make soak`` runs those.
     """
     return list(cases if LONGER > 1 else cases[:count])
+
+
+def corners(*choices: Iterable[Any]) -> list[tuple[Any, ...]]:
+    """Return combinations to take: such that each choice occurs in a short run, else all.
+
+    The test is marked as slow, as ``make soak`` runs those.
+    """
+    values = [list(each) for each in choices]
+    if LONGER > 1:
+        return list(product(*values))
+    count = max(map(len, values))
+    return [tuple(each[number % len(each)] for each in values) for number in range(count)]

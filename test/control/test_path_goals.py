@@ -205,7 +205,7 @@ def test_it_is_paused_whenever_its_path_is_whatever_is_asked_for(rig):
     }
     weights = (2, 1, 4, 2, 1, 1, 1, 1)
     cycles = 0
-    for _ in range(100):
+    for _ in range(60):
         (name,) = source.choices(list(commands), weights)
         try:
             commands[name]()
@@ -218,7 +218,7 @@ def test_it_is_paused_whenever_its_path_is_whatever_is_asked_for(rig):
             assert (controller.state is PAUSED) >= is_paused
             assert (controller.state is PAUSED) == (controller.reason.cause is Cause.PAUSE_ASKED)
             cycles += controller.state is PAUSED
-    assert cycles > 100
+    assert cycles > 60
 
 
 def test_a_stop_while_it_pauses_ends_it(rig):
@@ -373,12 +373,12 @@ def test_what_the_platform_does_not_come_to_is_not_told(rig, way):
 
 
 def test_each_of_many_changes_of_the_override_is_in_force_while_a_path_is_driven(rig):
-    flat = FlatPath.of([0] * 4, [x for p in SQUARE for x in p], (), (0.01,), 0.001)
+    flat = FlatPath.of([0] * 2, [x for p in SQUARE[:2] for x in p], (), (0.01,), 0.001)
     goal = rig.controller.pursue(
         Follow.made(lambda _: flat.path_from(MACHINE.forward(rig.heights)), "square")
     )
     rig.cycle(200)
-    for scale in (2.0, 0.5, 1.0):
+    for scale in (0.5, 1.0, 2.0):
         rig.controller.set_limits(LIMITS, 1.0, scale)
         rig.cycle(120)
         assert goal.outcome is None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from controller_rig import MACHINE, Rig
+from controller_rig import MACHINE, PERIOD, Rig
 
 from tri_glide_kinematics.control import DISABLED, IDLE, PAUSED, WAS_STOPPED
 from tri_glide_kinematics.errors import KinematicsError
@@ -388,6 +388,8 @@ def test_a_machine_that_is_lost_is_not_waited_for(machine, how, text, after):
     else:
         machine.goal.cancel = lambda: None
         run.stop()
+    # What is told of the machine does not change any more: time alone goes on.
+    machine.cycle = lambda count: setattr(machine, "now", machine.now + count * PERIOD)
     drive(machine, run)
     assert run.reports[1].result == "lost"
     assert run.reports[1].text == text
