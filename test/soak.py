@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import product
 from typing import Any, TypeVar
 
+import pytest
+
 Case = TypeVar("Case")
+Test = TypeVar("Test", bound=Callable[..., Any])
 
 # How many times as long, and what is added to each seed.
 LONGER = int(os.environ.get("SOAK", "1"))
@@ -32,13 +35,22 @@ def some(cases: Sequence[Case], count: int) -> list[Case]:
     return list(cases if LONGER > 1 else cases[:count])
 
 
-def corners(*choices: Iterable[Any]) -> list[tuple[Any, ...]]:
-    """Return combinations to take: such that each choice occurs in a short run, else all.
+def corners(names: str, *choices: Iterable[Any]) -> Callable[[Test], Test]:
+    """Let a test take combinations such that each choice occurs, and in a long run all.
 
-    The test is marked as slow, as ``make soak`` runs those.
+    It is marked as slow, as ``make soak`` runs those.
+
+    Args:
+        names: of the arguments of the test.
+        choices: for each of them.
     """
     values = [list(each) for each in choices]
-    if LONGER > 1:
-        return list(product(*values))
-    count = max(map(len, values))
-    return [tuple(each[number % len(each)] for each in values) for number in range(count)]
+    taken = list(product(*values))
+    if LONGER == 1:
+        count = max(map(len, values))
+        taken = [tuple(each[number % len(each)] for each in values) for number in range(count)]
+
+    def mark(test: Test) -> Test:
+        return pytest.mark.slow(pytest.mark.parametrize(names, taken)(test))
+
+    return mark

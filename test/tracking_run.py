@@ -14,6 +14,7 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 PLACE = (0.0, 0.0, 0.3)
+PERIODS = (0.001, 0.002, 0.004, 0.01)  # s
 
 
 def at_rest(place: Vector3 = PLACE) -> SliderState:

@@ -191,18 +191,18 @@ def test_a_stop_refuses_poses_until_it_is_over(rig):
 
 
 def test_stops_disablings_and_faults_are_counted_where_nothing_moves_too(rig):
-    rig.cycle(10)
-    counts = [rig.controller.status.stops]
-    rig.controller.stop()
-    counts.append(rig.controller.status.stops)
-    rig.controller.disable()
-    counts.append(rig.controller.status.stops)
-    rig.cycle()
-    rig.controller.enable(rig.now)
-    counts.append(rig.controller.status.stops)
-    rig.controller.set_obstacle(Reason(Cause.OTHER_PUBLISHER, "another"))
-    counts.append(rig.controller.status.stops)
-    assert counts == [0, 1, 2, 2, 3]
+    controller, counts = rig.controller, []
+    for act in (
+        rig.cycle,
+        controller.stop,
+        controller.disable,
+        rig.cycle,
+        lambda: controller.enable(rig.now),
+        lambda: controller.set_obstacle(SOMEBODY_ELSE),
+    ):
+        act()
+        counts.append(controller.status.stops)
+    assert counts == [0, 1, 2, 2, 2, 3]
 
 
 def test_disabled_after_a_ramp_and_enabled_where_it_is_measured(rig):

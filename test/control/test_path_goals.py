@@ -104,24 +104,26 @@ def test_a_cancelled_path_rests_on_it_or_beside_it(rig):
     assert place(rig) != pytest.approx(SQUARE[-1], abs=1e-3)
 
 
-@pytest.mark.parametrize("newer", ["pose", "path", "twist"])
-def test_a_newer_command_supersedes_it(rig, newer):
+@pytest.mark.parametrize(
+    ("command", "end"),
+    [
+        (lambda rig: rig.controller.move_to((0.01, -0.03, 0.3)), (0.01, -0.03, 0.3)),
+        (lambda rig: pursue(rig, BEYOND), BEYOND[-1]),
+        (lambda rig: rig.jog((0.0, 0.0, 0.02)), None),
+    ],
+    ids=["pose", "path", "twist"],
+)
+def test_a_newer_command_supersedes_it(rig, command, end):
     goal = under_way(rig)
-    if newer == "pose":
-        rig.controller.move_to((0.01, -0.03, 0.3))
-    elif newer == "path":
-        other = pursue(rig, BEYOND)
-    else:
-        rig.jog((0.0, 0.0, 0.02))
+    newer = command(rig)
     code, text = ended(rig, goal, most=20)
     assert code is GoalCode.SUPERSEDED
-    if newer == "path":
+    if newer is not None:
         assert text == "superseded by path of 2 segments"
-        assert ended(rig, other).code is GoalCode.SUCCEEDED
-        assert place(rig) == pytest.approx(BEYOND[-1], abs=1e-9)
-    elif newer == "pose":
+        assert ended(rig, newer).code is GoalCode.SUCCEEDED
+    if end is not None:
         rig.cycle_until(IDLE)
-        assert place(rig) == pytest.approx((0.01, -0.03, 0.3), abs=1e-9)
+        assert place(rig) == pytest.approx(end, abs=1e-9)
 
 
 def test_a_path_is_extended_and_both_goals_end_at_its_end(rig):
@@ -356,14 +358,12 @@ def test_what_the_platform_does_not_come_to_is_not_told(rig, way):
     goal = under_way(rig, outputs=AT_EACH)
     rig.controller.passed_outputs.clear()
     assert rig.controller.newest_target.outputs
-    if way == "stop":
-        rig.controller.stop()
-    elif way == "cancel":
-        rig.controller.cancel(goal)
-    elif way == "pose":
-        rig.controller.move_to((0.0, 0.02, 0.26))
-    else:
-        pursue(rig, SQUARE, outputs=PathOutputs((3,), ("other",), 4))
+    {
+        "stop": rig.controller.stop,
+        "cancel": lambda: rig.controller.cancel(goal),
+        "pose": lambda: rig.controller.move_to((0.0, 0.02, 0.26)),
+        "path": lambda: pursue(rig, outputs=PathOutputs((3,), ("other",), 4)),
+    }[way]()
     rig.cycle(1)
     rig.cycle_until(IDLE)
     late = [output for output in rig.controller.passed_outputs if output in ("c", "d")]

@@ -30,7 +30,7 @@ SETTINGS = ProgramSettings(start=HOME, home=HOME)
 
 
 MASSES = Masses.uniform(1.0, 0.05, 1.0, coulomb=2.0, viscous=5.0)
-FORCES = ForceLimits(SliderForces(MACHINE, MASSES), (28.0,) * 3, (25.0,) * 3)
+FORCES = ForceLimits(SliderForces(MACHINE, MASSES), (22.0,) * 3, (20.0,) * 3)
 
 
 def checked(text, **settings):
@@ -72,7 +72,7 @@ PROGRAMS = {
     ("text", "added"),
     [
         ("G0 X30\nG1 Y10 F6000\nM2\n", PlatformSpeedLimit(MACHINE, 0.06)),
-        ("G64 P0.1\nG1 X20 F6000\nG3 X-20 R20\nG2 X20 I20 Z310\nM2\n", FORCES),
+        ("G64 P0.1\nG1 X20 F6000\nG3 X-20 R20\nM2\n", FORCES),
     ],
     ids=["lines", "arc"],
 )

@@ -93,21 +93,6 @@ def test_derivatives_are_those_of_the_positions():
             assert (np.abs(found - values[order + 1]).max(axis=1) <= 10.0 * scale + 1e-9).all()
 
 
-def test_one_state_is_the_same_as_many():
-    rng = np.random.default_rng(4)
-    for path, _ in PATHS[::4]:
-        driven = path.driven
-        ways = np.concatenate((rng.uniform(0.0, driven.length, 20), driven.breaks))
-        rows = driven.derivatives(ways, 2)
-        for index, way in enumerate(ways.tolist()):
-            state = driven.state(way)
-            assert all(type(value) is float for value in state)
-            expected = rows[:, index].ravel()
-            assert np.array(state) == pytest.approx(
-                expected, abs=1e-12 + 1e-13 * abs(expected).max()
-            )
-
-
 def test_the_way_driven_is_never_much_shorter():
     for path, _ in PATHS:
         driven = path.driven
@@ -201,14 +186,6 @@ def test_one_corner_is_as_wide_as_its_tolerance_allows():
         assert abs(middle[1]) <= 1e-3
 
 
-def test_short_lines_beside_a_corner_do_not_narrow_it():
-    long = PlatformPath.through([(0, 0, 0), (0.1, 0, 0), (0.1, 0.1, 0)], 1e-3).driven
-    row = [(0.001 * k, 0.0, 0.0) for k in range(101)]
-    column = [(0.1, 0.001 * k, 0.0) for k in range(1, 101)]
-    short = PlatformPath.through(row + column, 1e-3).driven
-    assert short.widths.half_widths.max() == pytest.approx(long.widths.half_widths.max(), rel=1e-6)
-
-
 def test_dense_points_of_a_circle_are_driven_nearly_as_the_circle():
     angles = np.linspace(0.0, 4.0, 801)
     points = 0.02 * np.column_stack((np.cos(angles), np.sin(angles), np.zeros(801)))
@@ -219,20 +196,6 @@ def test_dense_points_of_a_circle_are_driven_nearly_as_the_circle():
     assert np.linalg.norm(second, axis=1) == pytest.approx(50.0, rel=0.02)
     # Of the circle itself it would be 2500.
     assert np.linalg.norm(third, axis=1).max() < 5000.0
-
-
-def test_spans_of_the_computation_give_the_same_path():
-    path = PATHS[7][0]
-    computation = PlatformPath.start((9, 9, 9)).line_to((0, 0, 0)).driven_in_pieces()
-    steps = sum(1 for _ in computation)
-    assert steps > 3
-    computation = DrivenPath.of(path.segments)
-    with pytest.raises(StopIteration) as end:
-        while True:
-            next(computation)
-    ways = dense_ways(path.driven)
-    other = end.value.value
-    assert (other.derivatives(ways) == path.driven.derivatives(ways)).all()
 
 
 def test_speed_limits_are_those_of_the_segments():

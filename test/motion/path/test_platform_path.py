@@ -8,7 +8,6 @@ import time
 import numpy as np
 import pytest
 
-from testing.path_samples import random_path
 from tri_glide_kinematics.errors import (
     NotANumberError,
     NotFiniteError,
@@ -73,18 +72,6 @@ def test_a_polyline_does_not_follow_its_points_when_they_change():
     path = PlatformPath.through(points, 1e-3)
     points[:] = np.nan
     assert math.isfinite(path.length)
-
-
-def test_paths_are_joined():
-    rng = np.random.default_rng(2)
-    for _ in range(20):
-        path, _ = random_path(rng, 9)
-        ends = path.segments.points
-        whole = PlatformPath.through(ends, 1e-3)
-        parts = PlatformPath.through(ends[:5], 1e-3).then(PlatformPath.through(ends[4:], 1e-3))
-        ways = np.linspace(0.0, whole.driven.length, 300)
-        assert (parts.driven.derivatives(ways) == whole.driven.derivatives(ways)).all()
-        assert (parts.driven.stops == whole.driven.stops).all()
 
 
 def test_joined_paths_meet():

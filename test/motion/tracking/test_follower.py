@@ -11,7 +11,7 @@ from motion_machine import DT, LIMITS, MACHINE, WORKSPACE, WORKSPACES, limit_use
 from motion_plans import LIMITS as UNEQUAL
 from motion_plans import peaks
 from soak import corners
-from tracking_run import PLACE, TrackingRun, at_rest
+from tracking_run import PERIODS, PLACE, TrackingRun, at_rest
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.limits import (
@@ -95,8 +95,7 @@ class RandomWishes:
         return self._wanted
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "period"), corners(PLACES, (0.001, 0.002, 0.004, 0.01)))
+@corners("name, period", PLACES, PERIODS)
 def test_whatever_is_wanted_each_step_leaves_a_way_to_rest(name, period):
     workspace = PLACES[name]
     rng = np.random.default_rng(round(1e4 * period))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from motion_machine import LIMITS, MACHINE, WORKSPACE
 from soak import corners
-from tracking_run import TrackingRun, at_rest
+from tracking_run import PERIODS, TrackingRun, at_rest
 
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.tracking import (
@@ -22,10 +22,7 @@ STILL = (0.0, 0.0, 0.0)
 RADIUS = 0.02
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("rate", "period"), corners((5.0, 30.0, 100.0, 200.0), (0.001, 0.002, 0.004, 0.01))
-)
+@corners("rate, period", (5.0, 30.0, 100.0, 200.0), PERIODS)
 def test_a_target_on_a_straight_line_is_followed_without_an_error(rate, period):
     start, velocity = np.array((-0.1, -0.05, 0.3)), np.array((0.25, 0.15, 0.063))
     assert np.linalg.norm(velocity) == pytest.approx(0.3, abs=0.005)
@@ -75,14 +72,7 @@ def test_a_circle_that_is_told_30_times_a_second_with_jitter(period):
     assert followed < blind / 10.0
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("place", "period"),
-    corners(
-        ((0.1, 0.05, 0.35), (-0.08, 0.06, 0.25), (0.0, 0.0, 0.3 + 1e-7)),
-        (0.001, 0.002, 0.004, 0.01),
-    ),
-)
+@corners("place, period", ((0.1, 0.05, 0.35), (-0.08, 0.06, 0.25), (0.0, 0.0, 0.3 + 1e-7)), PERIODS)
 def test_a_target_at_rest_is_reached_and_the_sliders_rest_exactly(place, period):
     run = TrackingRun()
     run.run(lambda time: MovingTarget(place, STILL), 0.6, period)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from motion_machine import LIMITS, MACHINE, WORKSPACE, WORKSPACES
 from soak import corners
-from tracking_run import PLACE, TrackingRun, at_rest
+from tracking_run import PERIODS, PLACE, TrackingRun, at_rest
 
 from tri_glide_kinematics.motion.limits import EDGE_CLEARANCE, SliderLimits, SliderState
 from tri_glide_kinematics.motion.tracking import WantedVelocity, WayAhead, approach, way_to_rest
@@ -53,8 +53,7 @@ def lag(states: list[SliderState], period: float, turns: float) -> float:
     return float(behind.mean()) / (math.tau * turns)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("turns", "period"), corners((0.25, 0.5, 1.0, 2.0), (0.001, 0.002)))
+@corners("turns, period", (0.25, 0.5, 1.0, 2.0), (0.001, 0.002))
 def test_lag_is_at_most_a_period_more_than_without_any_check(turns, period):
     run = TrackingRun()
     ruckig, reference = RuckigPlanner(3), [at_rest()]
@@ -67,13 +66,7 @@ def test_lag_is_at_most_a_period_more_than_without_any_check(turns, period):
     assert lag(run.states, period, turns) < 0.011
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("velocity", "period"),
-    corners(
-        ((0.1, 0.03, 0.02), (-0.1, 0.05, -0.05), (0.0, 0.0, 0.15)), (0.001, 0.002, 0.004, 0.01)
-    ),
-)
+@corners("velocity, period", ((0.1, 0.03, 0.02), (-0.1, 0.05, -0.05), (0.0, 0.0, 0.15)), PERIODS)
 def test_from_rest_to_rest_on_one_straight_line(velocity, period):
     run = TrackingRun()
     run.run(lambda time: WantedVelocity(velocity), 0.6, period)
@@ -111,10 +104,8 @@ def test_limits_reduce_the_size_and_not_the_direction():
     assert used.max() <= 1.0 + 1e-9
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("direction", "speed"),
-    corners(((1.0, 0.0, 0.0), (-0.6, 0.64, 0.48), (0.3, -0.3, 0.9)), (0.1, 0.03, 0.3)),
+@corners(
+    "direction, speed", ((1.0, 0.0, 0.0), (-0.6, 0.64, 0.48), (0.3, -0.3, 0.9)), (0.1, 0.03, 0.3)
 )
 def test_the_edge_ahead_is_a_halt_on_the_line(direction, speed):
     run = TrackingRun(workspace=BOX)
