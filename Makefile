@@ -74,7 +74,7 @@ docs: env ## a site of all pages with search and reference, in out/docs; its lin
 
 soak: env ## millions of steps, long tests at random, nodes that die, attacks on the page; SOAK_SEED names the seed
 	@$(IN_ENV) export SOAK=10 SOAK_SEED=$${SOAK_SEED:-$$RANDOM} && echo "soak: SOAK_SEED=$$SOAK_SEED" \
-		&& python -m pytest -n auto -m "slow and not nodes and not alone" --ignore=test/integration \
+		&& python -m pytest -n auto -m "(slow or hypothesis) and not nodes and not alone" --ignore=test/integration \
 		&& python -m benchmarks.soak_motion --steps 5000000 --seed $$SOAK_SEED \
 		&& python -m benchmarks.soak_bounds --steps 600000 --seed $$SOAK_SEED && python -m benchmarks.soak_pieces \
 		&& python -m benchmarks.soak_stops --count 100000 --seed $$SOAK_SEED \

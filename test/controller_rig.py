@@ -17,6 +17,7 @@ from testing.controllers import (  # noqa: F401
     supervisor,
 )
 from tri_glide_kinematics.motion import MotionEngine, MotionKind, SliderLimits
+from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
@@ -85,6 +86,11 @@ class Rig:
     @property
     def states(self):
         return [state for state, _ in self.changes]
+
+
+def violations_of(heights):
+    """Return how setpoints pass the limits of the sliders, by differences."""
+    return LimitUse.of(CommandStream.from_heights(heights, PERIOD), LIMITS).violations()
 
 
 def ended(rig, goal, most=5000):

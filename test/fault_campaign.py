@@ -9,16 +9,15 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import NamedTuple
 
-from controller_rig import LIMITS, PERIOD
+from controller_rig import violations_of
 from machine_states import STATES
 
 from tri_glide_kinematics.control import Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import Follow
-from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.ros.inputs import path_points
 
-CYCLES = 500  # that are watched after a fault: a second
+CYCLES = 250  # that are watched after a fault: half a second
 
 
 def hostile_bytes(machine):
@@ -117,12 +116,11 @@ def run(state, fault):
         if name != names[-1]:
             names.append(name)
     started = machine.engine.started
-    use = LimitUse.of(CommandStream.from_heights(heights, PERIOD), LIMITS)
     return Outcome(
         names,
         setpoint is not None,
         not started or not any(machine.engine.state.velocities),
-        use.violations() if len(heights) > 4 else [],
+        violations_of(heights) if len(heights) > 4 else [],
     )
 
 

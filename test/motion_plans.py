@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from hypothesis import strategies as st
+from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limits import AT_REST, SampledPlan, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import SliderMotion
 from tri_glide_kinematics.motion.trajectory import CubicPlan
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 LIMITS = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))
 HOME = SliderState((0.6, 0.55, 0.5), AT_REST, AT_REST)
@@ -37,6 +38,35 @@ def moving_plan(first: Vector3, second: Vector3, part: float) -> CubicPlan:
     return at_once(motion.move(one.at(part * one.duration), second, LIMITS))
 
 
+def motion_of_ruckig(
+    state: SliderState,
+    target: Vector3,
+    limits: SliderLimits,
+    synchronization: Synchronization = Synchronization.Time,
+) -> Trajectory:
+    """Return what ruckig itself makes of a move."""
+    given, trajectory = InputParameter(3), Trajectory(3)
+    given.current_position, given.current_velocity, given.current_acceleration = state
+    given.target_position = target
+    given.max_velocity, given.max_acceleration = limits.velocity, limits.acceleration
+    given.max_jerk = limits.jerk
+    given.synchronization = synchronization
+    Ruckig(3, 0.001).calculate(given, trajectory)
+    return trajectory
+
+
 def dense(plan: CubicPlan, count: int = 4001) -> SampledPlan:
     """Return so many samples of a plan, from its start to its end."""
     return plan.sample(np.linspace(0.0, plan.duration, count))
+
+
+def peaks(plan: CubicPlan) -> FloatArray:
+    """Return the largest velocities, accelerations and jerks of dense samples. Shape (3, 3)."""
+    sampled = dense(plan)
+    return np.array(
+        [
+            np.abs(sampled.velocities).max(axis=0),
+            np.abs(sampled.accelerations).max(axis=0),
+            np.abs(plan.pieces[3]).max(axis=0, initial=0.0),
+        ]
+    )

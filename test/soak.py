@@ -7,7 +7,15 @@ from collections.abc import Sequence
 from itertools import product
 from typing import Any, TypeVar
 
+
+from collections.abc import Callable, Iterable, Sequence
+from itertools import product
+from typing import Any, TypeVar
+
+import pytest
+
 Case = TypeVar("Case")
+Test = TypeVar("Test", bound=Callable[..., Any])
 
 # How many times as long, and what is added to each seed.
 LONGER = int(os.environ.get("SOAK", "1"))
@@ -44,3 +52,24 @@ def combined(*factors: Sequence[Any]) -> list[tuple[Any, ...]]:
         for choice in choices
         if LONGER > 1 or sum(index for index, _ in choice) % 2 == 0
     ]
+
+
+def corners(names: str, *choices: Iterable[Any]) -> Callable[[Test], Test]:
+    """Let a test take combinations such that each choice occurs, and in a long run all.
+
+    It is marked as slow, as ``make soak`` runs those.
+
+    Args:
+        names: of the arguments of the test.
+        choices: for each of them.
+    """
+    values = [list(each) for each in choices]
+    taken = list(product(*values))
+    if LONGER == 1:
+        count = max(map(len, values))
+        taken = [tuple(each[number % len(each)] for each in values) for number in range(count)]
+
+    def mark(test: Test) -> Test:
+        return pytest.mark.slow(pytest.mark.parametrize(names, taken)(test))
+
+    return mark

@@ -9,6 +9,7 @@ import numpy as np
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
+from soak import many
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
@@ -21,7 +22,7 @@ DEFAULT_LIMITS = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 10.0)
 reproducible = settings(
     derandomize=True,
     deadline=None,
-    max_examples=200,
+    max_examples=many(60),
     suppress_health_check=[HealthCheck.too_slow],
 )
 

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from motion_machine import DT, LIMITS
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import SliderLimits
@@ -15,9 +16,7 @@ from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan, PathSt
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 from tri_glide_kinematics.vectors import FloatArray
 
-LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 AT_BEGIN = PathStart(0.0, 0.0, 0.0)
-DT = 0.001
 
 LOWER, UPPER = np.array((-0.1, -0.1, 0.26)), np.array((0.1, 0.1, 0.34))
 

@@ -9,11 +9,12 @@ from motion_machine import LIMITS, MACHINE, WORKSPACE
 
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.tracking import Follower, Wanted
-from tri_glide_kinematics.motion.trajectory import CubicPlan, TrackedStep
+from tri_glide_kinematics.motion.trajectory import TrackedStep
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 PLACE = (0.0, 0.0, 0.3)
+PERIODS = (0.001, 0.002, 0.004, 0.01)  # s
 
 
 def at_rest(place: Vector3 = PLACE) -> SliderState:
@@ -73,15 +74,3 @@ class TrackingRun:
     def rests(self) -> bool:
         """Whether the sliders rest, exactly."""
         return not any((*self.state.velocities, *self.state.accelerations))
-
-
-def peaks(plan: CubicPlan) -> FloatArray:
-    """Return the largest velocities, accelerations and jerks of dense samples. Shape (3, 3)."""
-    sampled = plan.sample(np.linspace(0.0, plan.duration, 2001))
-    return np.array(
-        [
-            np.abs(sampled.velocities).max(axis=0),
-            np.abs(sampled.accelerations).max(axis=0),
-            np.abs(plan.pieces[3]).max(axis=0, initial=0.0),
-        ]
-    )

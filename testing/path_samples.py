@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
+from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath, Segments
 from tri_glide_kinematics.vectors import FloatArray
 
 # Two paths are driven alike as long as they differ by no more than this [m].
@@ -27,6 +27,18 @@ class Piece(NamedTuple):
     axis: FloatArray | None = None
     angle: float = 0.0
     rise: float = 0.0
+
+
+def dense_ways(driven: DrivenPath, count: int = 1000) -> FloatArray:
+    """Return so many ways along a path [m], and its breaks."""
+    return np.unique(np.concatenate((np.linspace(0.0, driven.length, count), driven.breaks)))
+
+
+def part_of(segments: Segments, first: int, last: int) -> Segments:
+    """Return some segments of a path."""
+    names = [name for name in segments.__dataclass_fields__ if name != "points"]
+    columns = (getattr(segments, name)[first:last] for name in names)
+    return Segments(segments.points[first : last + 1], *columns)
 
 
 def random_path(

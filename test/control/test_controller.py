@@ -16,7 +16,9 @@ from controller_rig import (
     TARGET_TIMEOUT,
     TWIST_TIMEOUT,
     Rig,
+    violations_of,
 )
+from motion_machine import SHAPER
 
 from tri_glide_kinematics.control import (
     DISABLED,
@@ -33,19 +35,26 @@ from tri_glide_kinematics.control import (
     Reason,
 )
 from tri_glide_kinematics.errors import KinematicsError, Refusal
-from tri_glide_kinematics.motion import CommandStream, MotionKind, MotionPhase
-from tri_glide_kinematics.motion.limit_use import LimitUse
+from tri_glide_kinematics.motion import MotionKind, MotionPhase
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 
-SHAPER = Shaper.of(ShaperKind.EI, Mode(15.0, 0.03))
 SOMEBODY_ELSE = Reason(Cause.OTHER_PUBLISHER, "somebody else leads")
 
 
 @pytest.fixture
-def rig():
-    rig = Rig()
+def rig(request):
+    rig = Rig(**getattr(request, "param", {}))
     rig.cycle(2)
     return rig
+
+
+def a_rig(*options):
+    """Let a test have a rig with each of these options."""
+    return pytest.mark.parametrize("rig", options, indirect=True)
+
+
+in_pieces = a_rig({"in_pieces": True})
+each_kind = a_rig(*({"kind": kind} for kind in MotionKind))
 
 
 def test_it_waits_for_the_machine_and_gives_no_setpoint_before():
@@ -182,18 +191,18 @@ def test_a_stop_refuses_poses_until_it_is_over(rig):
 
 
 def test_stops_disablings_and_faults_are_counted_where_nothing_moves_too(rig):
-    rig.cycle(10)
-    counts = [rig.controller.status.stops]
-    rig.controller.stop()
-    counts.append(rig.controller.status.stops)
-    rig.controller.disable()
-    counts.append(rig.controller.status.stops)
-    rig.cycle()
-    rig.controller.enable(rig.now)
-    counts.append(rig.controller.status.stops)
-    rig.controller.set_obstacle(Reason(Cause.OTHER_PUBLISHER, "another"))
-    counts.append(rig.controller.status.stops)
-    assert counts == [0, 1, 2, 2, 3]
+    controller, counts = rig.controller, []
+    for act in (
+        rig.cycle,
+        controller.stop,
+        controller.disable,
+        rig.cycle,
+        lambda: controller.enable(rig.now),
+        lambda: controller.set_obstacle(SOMEBODY_ELSE),
+    ):
+        act()
+        counts.append(controller.status.stops)
+    assert counts == [0, 1, 2, 2, 2, 3]
 
 
 def test_disabled_after_a_ramp_and_enabled_where_it_is_measured(rig):
@@ -309,11 +318,9 @@ def test_no_silence_without_being_enabled(rig):
 
 
 @pytest.mark.parametrize("pause", range(4))
-@pytest.mark.parametrize("kind", MotionKind)
-def test_a_client_that_first_sends_its_measured_pose_does_not_hide_its_target(kind, pause):
+@each_kind
+def test_a_client_that_first_sends_its_measured_pose_does_not_hide_its_target(rig, pause):
     """A tiny move ends while the next target waits for its turn."""
-    rig = Rig(kind=kind)
-    rig.cycle(2)
     x, y, z = MACHINE.forward(rig.heights)
     rig.controller.move_to((x + 3e-7, y, z))
     rig.cycle(pause)
@@ -340,23 +347,25 @@ def test_disabling_ends_the_stream_at_rest(rig):
     assert rig.controller.state is DISABLED
 
 
+def flood(rig, send):
+    """Let five commands come in each of forty cycles, which are not planned one by one."""
+    before = rig.engine.plan_number
+    for step in range(40):
+        for part in range(5):
+            send(step + 0.1 * part)
+        rig.cycle()
+    assert rig.engine.plan_number - before <= 40 * PERIOD / 0.005 + 1
+
+
 @pytest.mark.parametrize("pending", [False, True])
-@pytest.mark.parametrize("kind", MotionKind)
-def test_a_flood_costs_one_plan_in_five_milliseconds_whatever_else_is_pending(kind, pending):
-    rig = Rig(kind=kind)
-    rig.cycle(2)
+@each_kind
+def test_a_flood_costs_one_plan_in_five_milliseconds_whatever_else_is_pending(rig, pending):
     rig.controller.move_to((0.05, 0.03, 0.35))
     rig.cycle(50)
     if pending:
         rig.controller.set_limits(LIMITS, 0.001)
         assert rig.engine.limits_pending
-    before = rig.engine.plan_number
-    for step in range(40):
-        for part in range(5):
-            rig.controller.move_to((0.05, 0.03, 0.3 + 1e-4 * step + 1e-5 * part))
-        rig.cycle()
-    plans = rig.engine.plan_number - before
-    assert plans <= 40 * PERIOD / 0.005 + 1
+    flood(rig, lambda number: rig.controller.move_to((0.05, 0.03, 0.3 + 1e-4 * number)))
     rig.controller.set_limits(LIMITS, 1.0)
     rig.cycle_until(IDLE)
     assert rig.heights == pytest.approx(MACHINE.inverse((0.05, 0.03, 0.30394)), abs=1e-9)
@@ -365,12 +374,7 @@ def test_a_flood_costs_one_plan_in_five_milliseconds_whatever_else_is_pending(ki
 def test_a_storm_of_limits_is_not_planned_one_by_one(rig):
     rig.controller.move_to((0.05, 0.03, 0.35))
     rig.cycle(20)
-    before = rig.engine.plan_number
-    for step in range(40):
-        for part in range(5):
-            rig.controller.set_limits(LIMITS, 0.9 + 0.001 * step + 0.0001 * part)
-        rig.cycle()
-    assert rig.engine.plan_number - before <= 40 * PERIOD / 0.005 + 1
+    flood(rig, lambda number: rig.controller.set_limits(LIMITS, 0.9 + 0.001 * number))
     rig.cycle_until(IDLE)
     assert rig.engine.speed_scale == pytest.approx(0.9394)
 
@@ -505,12 +509,10 @@ def test_the_first_setpoint_is_where_the_machine_is_measured(rig):
         rig.cycle_until(IDLE)
 
 
-@pytest.mark.parametrize("kind", list(MotionKind))
+@a_rig(*({"kind": kind, "in_pieces": True} for kind in MotionKind))
 @pytest.mark.parametrize("end_of_jog", ["released", "silent"])
-def test_a_pose_is_not_lost_when_the_jog_before_it_ends(kind, end_of_jog):
+def test_a_pose_is_not_lost_when_the_jog_before_it_ends(rig, end_of_jog):
     """The pose is still being planned when the stick is let go."""
-    rig = Rig(kind=kind, in_pieces=True)
-    rig.cycle(2)
     rig.jog()
     rig.cycle_until(JOGGING)
     rig.cycle(30)
@@ -528,9 +530,8 @@ def test_a_pose_is_not_lost_when_the_jog_before_it_ends(kind, end_of_jog):
     assert MACHINE.forward(rig.heights) == pytest.approx(TARGET, abs=1e-9)
 
 
-def test_a_refusal_that_comes_late_names_its_target():
-    rig = Rig(start=(0.9, 0.9, 0.9), in_pieces=True)
-    rig.cycle(2)
+@a_rig({"start": (0.9, 0.9, 0.9), "in_pieces": True})
+def test_a_refusal_that_comes_late_names_its_target(rig):
     rig.controller.move_to((0.0, 0.0, 0.5))
     rig.cycle_until(MOVING)
     rig.jog((0.0, 0.0, 0.3))
@@ -539,10 +540,8 @@ def test_a_refusal_that_comes_late_names_its_target():
         assert text.startswith("twist (0, 0, 0.3) m/s: ")
 
 
-@pytest.mark.parametrize("kind", MotionKind)
-def test_new_limits_leave_the_shaper_as_it_is(kind):
-    rig = Rig(kind=kind)
-    rig.cycle(2)
+@each_kind
+def test_new_limits_leave_the_shaper_as_it_is(rig):
     rig.engine.set_shaper(SHAPER)
     rig.controller.move_to(TARGET)
     heights = [rig.cycle().heights for _ in range(60)]
@@ -553,7 +552,7 @@ def test_new_limits_leave_the_shaper_as_it_is(kind):
     assert rig.engine.shaper is SHAPER
     rig.cycle_until(IDLE)
     assert MACHINE.forward(rig.heights) == pytest.approx(TARGET, abs=1e-9)
-    assert LimitUse.of(CommandStream.from_heights(heights, PERIOD), LIMITS).is_within
+    assert not violations_of(heights)
 
 
 def circling(rig, begin):
@@ -572,9 +571,8 @@ def follow_poses(rig, place, seconds, each=0.03):
     return distances
 
 
-def test_poses_at_a_rate_are_followed_and_the_last_one_is_reached():
-    rig = Rig(in_pieces=True)
-    rig.cycle(20)
+@in_pieces
+def test_poses_at_a_rate_are_followed_and_the_last_one_is_reached(rig):
     begin = rig.now
     distances = follow_poses(rig, lambda: circling(rig, begin), 1.5)
     assert rig.states[-2:] == [MOVING, TRACKING]
@@ -593,10 +591,9 @@ def test_a_pose_that_comes_seldom_is_a_move_though_poses_are_followed(rig):
     assert MACHINE.forward(rig.heights) == pytest.approx(TARGET, abs=1e-9)
 
 
+@in_pieces
 @pytest.mark.parametrize("each", [0.1, 0.2, 0.24])
-def test_the_end_of_poses_is_no_silence(each):
-    rig = Rig(in_pieces=True)
-    rig.cycle(20)
+def test_the_end_of_poses_is_no_silence(rig, each):
     begin = rig.now
     follow_poses(rig, lambda: (0.03 * (rig.now - begin), 0.0, 0.3), 1.5, each)
     rig.cycle_until(IDLE)
@@ -612,21 +609,20 @@ def test_a_pose_that_is_older_than_the_last_is_refused_and_changes_nothing(rig):
     assert max(follow_poses(rig, lambda: circling(rig, begin), 0.6)) < 3e-4
 
 
-def test_poses_with_noise_at_a_high_rate_do_not_shake_the_platform():
-    rig, rng = Rig(in_pieces=True, kind=MotionKind.LINEAR), np.random.default_rng(1)
-    rig.cycle(20)
+@a_rig({"in_pieces": True, "kind": MotionKind.LINEAR})
+def test_poses_with_noise_at_a_high_rate_do_not_shake_the_platform(rig):
+    rng = np.random.default_rng(1)
     follow_poses(rig, lambda: (0.0, 0.0, 0.3), 0.5, 0.004)
     place = lambda: tuple((0.0, 0.0, 0.3) + 1e-4 * rng.normal(size=3))  # noqa: E731
     most = 0.0
-    for _ in range(500):
+    for _ in range(250):
         follow_poses(rig, place, 0.004, 0.004)
         most = max(most, math.dist(MACHINE.forward(rig.heights), (0.0, 0.0, 0.3)))
     assert most < 3e-3
 
 
-def test_a_pose_that_jumps_is_not_overshot():
-    rig = Rig(in_pieces=True)
-    rig.cycle(20)
+@in_pieces
+def test_a_pose_that_jumps_is_not_overshot(rig):
     begin, most = rig.now, 0.0
     place = lambda: (0.05 if rig.now > begin + 0.6 else -0.05, 0.0, 0.3)  # noqa: E731
     for _ in range(40):
@@ -660,8 +656,8 @@ def test_the_end_of_poses_moves_nothing_else(rig):
     rig.cycle_until(JOGGING)
 
 
-def test_with_a_shaper_a_target_is_followed_and_its_silence_ends_that():
-    rig = Rig(in_pieces=True)
+@in_pieces
+def test_with_a_shaper_a_target_is_followed_and_its_silence_ends_that(rig):
     rig.pieces = 2
     rig.engine.set_shaper(SHAPER)
     rig.cycle(20)

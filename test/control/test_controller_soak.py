@@ -8,7 +8,7 @@ from soak import many, seed, some
 from benchmarks.judge import SCENARIOS, Findings
 from benchmarks.soak_controller import soak
 
-STEPS = many(6_000)
+STEPS = many(4_500)
 # At first one of each kind of motion, of plans, of machines and workspaces.
 CASES = (SCENARIOS[2], SCENARIOS[11], *SCENARIOS[:2], *SCENARIOS[3:11])
 
@@ -21,5 +21,5 @@ def test_the_state_is_true_whatever_arrives(scenario):
     assert findings.violations == []
     assert findings.steps == STEPS
     # Nearly all kinds of events came, and were taken; the rare ones may be missing.
-    assert len(findings.commands) >= 15
+    assert len(findings.commands) >= 12
     assert findings.plans > STEPS / 400

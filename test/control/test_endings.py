@@ -8,14 +8,14 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
-from controller_rig import LIMITS, PERIOD
+from controller_rig import LIMITS, PERIOD, violations_of
 from machine_states import FAR, STATES
+from soak import many
 
 import tri_glide_kinematics
 from tri_glide_kinematics.control import DISABLED, FAULT, BrokenError, Cause, Reason
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import GoalCode, Replanning, Tracker
-from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 
 PACKAGE = Path(tri_glide_kinematics.__file__).parent
 ROOMS = tuple(str(PACKAGE / room) for room in ("control", "motion", "workspace"))
@@ -82,12 +82,6 @@ def drive_to_the_end(machine):
     raise AssertionError(f"no end: {machine.controller.state}, {setpoint}")
 
 
-def assert_within_limits(heights):
-    stream = CommandStream.from_heights(heights, PERIOD)
-    use = LimitUse.of(stream, LIMITS)
-    assert use.is_within, use.violations()
-
-
 @pytest.mark.parametrize("state", STATES)
 def test_an_end_leads_to_rest_and_takes_nothing_more(state):
     machine = STATES[state]()
@@ -109,7 +103,7 @@ def test_an_end_leads_to_rest_and_takes_nothing_more(state):
         assert machine.controller.state is DISABLED
         assert "the node ends" in machine.controller.reason.text
     if leads and state not in ("idle", "paused"):
-        assert_within_limits(heights)
+        assert not violations_of(heights)
         # A brake is soon over.
         assert len(heights) * PERIOD < 0.6
     machine.measures = True
@@ -137,7 +131,7 @@ def test_a_broken_planner_ends_the_machine_at_the_end_of_the_held_plan(state, mo
     if leads:
         assert heights[-1] == pytest.approx(end, abs=1e-12)
     if state in IN_MOTION:
-        assert_within_limits(heights)
+        assert not violations_of(heights)
     if goal is not None:
         assert goal.outcome == (GoalCode.FAULT, controller.reason.text)
     with pytest.raises(BrokenError):
@@ -170,15 +164,16 @@ def test_whatever_is_asked_of_a_broken_planner_the_machine_ramps_down(state, com
         assert command in ("pause", "limits", "track", "jog", "stop")
         controller.end("the test ends")
     heights += drive_to_the_end(machine)[1:]
-    assert_within_limits(heights)
+    assert not violations_of(heights)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", IN_MOTION)
 def test_wherever_the_program_fails_the_machine_ramps_down(state):
     """One call fails, any that is made in some cycles, and all after it works."""
     source = random.Random(state)
     failures = 0
-    for _ in range(25):
+    for _ in range(many(10)):
         machine = STATES[state]()
         controller = machine.controller
         controller.set_limits(LIMITS, source.choice((0.7, 1.0)))
@@ -201,6 +196,6 @@ def test_wherever_the_program_fails_the_machine_ramps_down(state):
         machine.renew = lambda: None
         controller.end("the test ends")
         heights += drive_to_the_end(machine)[1:]
-        assert_within_limits(heights)
+        assert not violations_of(heights)
         failures += controller.failure is not None
-    assert failures >= 5
+    assert failures >= 2

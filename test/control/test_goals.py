@@ -9,7 +9,6 @@ from controller_rig import HOME, IN_POSITION, LIMITS, MACHINE, PERIOD, TARGET, R
 
 from tri_glide_kinematics.control import (
     CYCLES_UNTIL_TOLD,
-    FAULT,
     IDLE,
     MOVING,
     Cause,
@@ -260,13 +259,6 @@ def test_a_way_that_is_found_blocked_later_is_refused_with_the_text_that_is_logg
     assert rig.heights == pytest.approx(MACHINE.inverse((-0.064, -0.015, 0.522)), abs=1e-9)
 
 
-def test_in_a_fault_and_while_it_waits_goals_are_refused_with_the_reason(rig):
-    rig.controller.measured((float("nan"), 0.6, 0.6), rig.now)
-    assert rig.controller.state is FAULT
-    with pytest.raises(CommandRefusedError, match="no motion while fault"):
-        pursue(rig)
-
-
 def test_limits_that_change_do_not_end_it(rig):
     goal = under_way(rig)
     rig.controller.set_limits(LIMITS, 0.2)
@@ -308,7 +300,7 @@ def test_whatever_comes_each_goal_has_an_end_and_only_the_last_may_succeed(rig):
         recover,
     ]
     goals.append(pursue(rig))
-    for _ in range(300):
+    for _ in range(150):
         try:
             source.choice(events)()
         except KinematicsError:
@@ -316,7 +308,7 @@ def test_whatever_comes_each_goal_has_an_end_and_only_the_last_may_succeed(rig):
         rig.cycle(source.choice((0, 1, 3, 20, 200)))
         going = [goal for goal in goals if goal.outcome is None]
         assert all(goal in goals[-3:] or goal.is_cancelled for goal in going)
-    rig.cycle(3000)
+    rig.cycle(1000)
     assert all(goal.outcome is not None for goal in goals)
     codes = {goal.outcome.code for goal in goals}
     assert codes >= {

@@ -3,6 +3,7 @@ from __future__ import annotations
 from itertools import product
 
 import pytest
+from strategies import accepts
 
 from tri_glide_kinematics.control import (
     DISABLED,
@@ -12,7 +13,6 @@ from tri_glide_kinematics.control import (
     MOVING,
     WAITING,
     Cause,
-    CommandRefusedError,
     ForbiddenTransitionError,
     OperatingState,
     Reason,
@@ -59,18 +59,10 @@ def test_no_motion_follows_a_fault_without_somebody_who_clears_it():
     assert FOLLOWERS.keys() == set(OperatingState)
 
 
-def accepts(machine):
-    try:
-        machine.check_accepting()
-    except CommandRefusedError:
-        return False
-    return True
-
-
 @pytest.mark.parametrize("state", OperatingState)
 def test_motion_is_accepted_where_the_machine_is_led_and_no_fault(state):
     machine = StateMachine(state, reason("because"), lambda: None)
-    assert accepts(machine) == (state not in (WAITING, FAULT, DISABLED))
+    assert accepts(machine.check_accepting) == (state not in (WAITING, FAULT, DISABLED))
 
 
 @pytest.mark.parametrize("asked_for", [True, False])
@@ -78,6 +70,6 @@ def test_motion_is_accepted_where_the_machine_is_led_and_no_fault(state):
 def test_a_stop_that_was_asked_for_is_not_cut_short_and_ends_where_it_should(asked_for, then):
     machine = StateMachine(MOVING, reason("target"), lambda: None)
     machine.stop(reason("because"), asked_for=asked_for, then=then)
-    assert accepts(machine) != asked_for
+    assert accepts(machine.check_accepting) != asked_for
     machine.stopped()
     assert (machine.state, machine.reason) == (then, reason("at rest: because"))

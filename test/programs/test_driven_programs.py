@@ -11,7 +11,7 @@ from testing.program_writer import written_program
 from tri_glide_kinematics.programs import Dialect
 
 COUNT = len(some(range(3), 1))  # of each dialect
-THINGS = 8  # that a program does
+THINGS = 5  # that a program does
 # Differences over a cycle see a little more than there is.
 ROUNDING = 1e-3
 

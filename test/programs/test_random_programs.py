@@ -88,6 +88,6 @@ def check_meaning(written: WrittenProgram) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("dialect", Dialect)
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(derandomize=True, deadline=None, max_examples=len(some(range(100), 30)))
+@settings(derandomize=True, deadline=None, max_examples=len(some(range(100), 12)))
 def test_a_program_means_what_it_was_written_for(dialect, seed):
     check_meaning(written_program(np.random.default_rng(seed), dialect))

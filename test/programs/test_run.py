@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from controller_rig import MACHINE, Rig
+from controller_rig import MACHINE, PERIOD, Rig
 
 from tri_glide_kinematics.control import DISABLED, IDLE, PAUSED, WAS_STOPPED
 from tri_glide_kinematics.errors import KinematicsError
@@ -163,6 +163,21 @@ def drive(machine, run, state=RunState.ENDED):
     drive_until(machine, run, lambda: run.state is state)
 
 
+def under_way(machine, text, way=0.01):
+    """Return a run whose platform has come so far along x [m]."""
+    run = run_of(machine, text)
+    drive_until(machine, run, lambda: machine.place[0] > way)
+    return run
+
+
+def paused(machine):
+    """Return a run whose path the machine was made to pause in its middle."""
+    run = under_way(machine, "G1 X0 Y0 Z40 F6000\nX60 F1200\nM2\n", 0.02)
+    machine.controller.pause()
+    drive_until(machine, run, lambda: machine.controller.state is PAUSED and is_at_rest(machine))
+    return run
+
+
 def pass_time(machine, run, duration):
     end = machine.now + duration
     drive_until(machine, run, lambda: machine.now >= end)
@@ -278,8 +293,7 @@ def test_a_single_block_waits_before_each_line(machine):
 
 
 def test_a_single_block_that_is_switched_on_in_a_path_waits_at_its_end(machine):
-    run = run_of(machine, "G1 X0 Y0 Z40 F6000\nX20\nX40\nG4 P0.01\nX0\nM2\n")
-    drive_until(machine, run, lambda: machine.place[0] > 0.005)
+    run = under_way(machine, "G1 X0 Y0 Z40 F6000\nX20\nX40\nG4 P0.01\nX0\nM2\n", 0.005)
     run.single_block = True
     drive(machine, run, RunState.WAITING)
     assert run.line == 4
@@ -308,12 +322,9 @@ def test_it_goes_on_from_where_it_was_left_after_a_stop_of_the_program(machine):
 
 
 def test_a_paused_path_that_is_left_for_a_target_goes_on_where_it_was(machine):
-    run = run_of(machine, "G1 X0 Y0 Z40 F6000\nX60 F1200\nM2\n")
-    drive_until(machine, run, lambda: machine.place[0] > 0.02)
-    machine.controller.pause()
-    drive_until(machine, run, lambda: machine.controller.state is PAUSED and is_at_rest(machine))
+    run = paused(machine)
     pass_time(machine, run, 0.1)
-    paused = machine.place
+    place = machine.place
     machine.controller.move_to((0.0, 0.03, 0.29))
     drive(machine, run, RunState.WAITING)
     assert run.doing == "line 2: moved while the path was paused"
@@ -322,15 +333,12 @@ def test_a_paused_path_that_is_left_for_a_target_goes_on_where_it_was(machine):
     run.go_on()
     drive(machine, run)
     assert run.is_whole
-    assert machine.moves[-1] == pytest.approx(paused, abs=1e-4)
+    assert machine.moves[-1] == pytest.approx(place, abs=1e-4)
     assert machine.place == pytest.approx((0.06, 0.0, 0.29), abs=1e-6)
 
 
 def test_a_paused_path_that_is_resumed_and_then_replaced_is_not_gone_on_with(machine):
-    run = run_of(machine, "G1 X0 Y0 Z40 F6000\nX60 F1200\nM2\n")
-    drive_until(machine, run, lambda: machine.place[0] > 0.02)
-    machine.controller.pause()
-    drive_until(machine, run, lambda: machine.controller.state is PAUSED)
+    run = paused(machine)
     machine.controller.resume()
     drive_until(machine, run, lambda: machine.place[0] > 0.03)
     machine.controller.move_to((0.0, 0.03, 0.29))
@@ -340,8 +348,7 @@ def test_a_paused_path_that_is_resumed_and_then_replaced_is_not_gone_on_with(mac
 
 @pytest.mark.parametrize("ending", ["stop", "disable", "another command", "the run's own"])
 def test_the_platform_rests_before_the_spindle_is_off(machine, ending):
-    run = run_of(machine, "M3 S9 M8\nM64 P4\nG1 X60 F1200\nM2\n")
-    drive_until(machine, run, lambda: machine.place[0] > 0.01)
+    run = under_way(machine, "M3 S9 M8\nM64 P4\nG1 X60 F1200\nM2\n")
     assert "now line 3" in run.doing
     if ending == "another command":
         machine.controller.move_to((-0.08, 0.0, 0.29))
@@ -361,8 +368,7 @@ def test_the_platform_rests_before_the_spindle_is_off(machine, ending):
 
 
 def test_who_lets_go_waits_for_nothing(machine):
-    run = run_of(machine, "M3 S9\nG1 X60 F1200\nM2\n")
-    drive_until(machine, run, lambda: machine.place[0] > 0.01)
+    run = under_way(machine, "M3 S9\nG1 X60 F1200\nM2\n")
     run.let_go()
     assert machine.told[-1] == ("spindle", 0.0)
     assert machine.goal.is_cancelled
@@ -388,6 +394,8 @@ def test_a_machine_that_is_lost_is_not_waited_for(machine, how, text, after):
     else:
         machine.goal.cancel = lambda: None
         run.stop()
+    # What is told of the machine does not change any more: time alone goes on.
+    machine.cycle = lambda count: setattr(machine, "now", machine.now + count * PERIOD)
     drive(machine, run)
     assert run.reports[1].result == "lost"
     assert run.reports[1].text == text
@@ -398,8 +406,7 @@ def test_a_machine_that_is_lost_is_not_waited_for(machine, how, text, after):
 
 
 def test_an_ik_node_that_ends_tells_no_more_whether_the_platform_moves(machine):
-    run = run_of(machine, "M3 S9\nG1 X60 F1200\nM2\n")
-    drive_until(machine, run, lambda: machine.place[0] > 0.01)
+    run = under_way(machine, "M3 S9\nG1 X60 F1200\nM2\n")
     machine.controller.end("the node ends")
     machine.measures = False
     end = machine.now

@@ -94,16 +94,6 @@ def test_a_rest_before_all_motion_counts():
     assert within(sampled(timed).heights)
 
 
-def test_points_are_driven_through_their_places(tmp_path):
-    file = tmp_path / "points.csv"
-    file.write_text("0,0,250,0.2\n30,0,250,0.2\n30,20,255,0.2\n0,0,260,0\n")
-    timed = time_steps(load_program(file, unit="mm"), WORKSPACE, LIMITS)
-    places = MACHINE.forward_batch(sampled(timed).heights)
-    for point in ((0.0, 0.0, 0.25), (0.03, 0.0, 0.25), (0.03, 0.02, 0.255), (0.0, 0.0, 0.26)):
-        assert np.linalg.norm(places - point, axis=1).min() < 5e-4
-    assert within(sampled(timed).heights)
-
-
 def test_what_cannot_be_driven_is_told(tmp_path):
     with pytest.raises(NoMotionError, match=r"^part\.nc: nothing in it moves"):
         time_steps(read_program("M3 S9\nG4 P1\nM2\n", SETTINGS, "part.nc"), WORKSPACE, LIMITS)

@@ -11,18 +11,11 @@ from testing.path_samples import random_path
 from tri_glide_kinematics.motion.path import PlatformPath
 
 
-def test_the_length_is_that_of_many_chords():
+def test_the_length_is_the_integral_of_the_rates():
     rng = np.random.default_rng(1)
-    for _ in range(20):
+    for _ in range(8):
         path, _ = random_path(rng, 8)
         driven = path.driven
-        parts = np.linspace(0.0, 1.0, 400)
-        starts = driven.breaks[:-1, np.newaxis]
-        ways = (starts + np.diff(driven.breaks)[:, np.newaxis] * parts).ravel()
-        places = driven.derivatives(ways, 0)[0]
-        chords = np.linalg.norm(np.diff(places, axis=0), axis=1).sum()
-        assert path.length == pytest.approx(chords, rel=1e-5)
-        assert path.length >= chords - 1e-12
         # Simpson's rule, piece by piece, is exact to many digits.
         fine = np.linspace(0.0, 1.0, 201)
         total = 0.0
@@ -36,7 +29,7 @@ def test_the_length_is_that_of_many_chords():
 
 def test_the_inverse_of_the_way_driven():
     rng = np.random.default_rng(2)
-    for _ in range(15):
+    for _ in range(6):
         path, _ = random_path(rng)
         driven = path.driven
         ways = np.concatenate((rng.uniform(0.0, path.length, 200), [0.0, path.length]))

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from motion_machine import MACHINE, WORKSPACE
+from motion_machine import BOX, MACHINE, WORKSPACE, WORKSPACES
+from soak import many
 from strategies import DEFAULT_LIMITS, is_inside, random_geometry
 
 from testing.path_samples import random_path
@@ -18,23 +19,10 @@ from tri_glide_kinematics.tri_glide import TriGlide, UnreachableError
 from tri_glide_kinematics.workspace import (
     TOLERANCE,
     ConditionField,
-    Cylinder,
     OutsideWorkspaceError,
     Workspace,
     WorkspaceLimit,
 )
-
-BOX = {"box_lower": (-0.1, -0.12, 0.05), "box_upper": (0.11, 0.1, 0.4)}
-WORKSPACES = {
-    "travel": Workspace(
-        MACHINE, replace(DEFAULT_LIMITS, lower_heights=(0.45,) * 3, upper_heights=(0.75,) * 3)
-    ),
-    "conditioning": Workspace(MACHINE, replace(DEFAULT_LIMITS, max_condition_number=3.0)),
-    "box": Workspace(MACHINE, replace(DEFAULT_LIMITS, **BOX)),
-    "cylinder": Workspace(
-        MACHINE, replace(DEFAULT_LIMITS, cylinder=Cylinder(0.01, -0.02, 0.11, 0.1, 0.45))
-    ),
-}
 
 
 def judged(path, workspace):
@@ -51,16 +39,17 @@ def judged(path, workspace):
     return True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WORKSPACES)
 def test_a_path_is_accepted_just_where_all_of_it_is_inside(name):
     workspace = WORKSPACES[name]
     rng = np.random.default_rng(1)
     answers = []
-    for _ in range(60):
+    for _ in range(many(25)):
         centre = rng.uniform((-0.08, -0.08, 0.12), (0.08, 0.08, 0.42))
         path, _ = random_path(rng, int(rng.integers(1, 6)), centre=tuple(centre), size=0.05)
         driven = path.driven
-        places = driven.derivatives(np.linspace(0.0, driven.length, 700), 0)[0].tolist()
+        places = driven.derivatives(np.linspace(0.0, driven.length, 300), 0)[0].tolist()
         inside = all(is_inside(workspace, place) for place in places)
         accepted = judged(path, workspace)
         answers.append(accepted)
@@ -69,7 +58,7 @@ def test_a_path_is_accepted_just_where_all_of_it_is_inside(name):
             # Then what is outside is nearer to the inside than the tolerance.
             known = clearances(workspace, np.array(places))
             assert min(known.slack.min(), known.travel.min()) >= -TOLERANCE
-    assert 5 < sum(answers) < 60
+    assert 2 < sum(answers) < len(answers)
 
 
 @pytest.mark.parametrize("beyond", [3e-4, 1e-3])
@@ -195,11 +184,7 @@ def test_a_circle_is_accepted_just_where_its_outermost_place_is_inside():
         if math.dist(start, centre) < radius * (1.0 - 1e-12):
             continue
         whole = PlatformPath.start(start).arc_about(tuple(centre), (0, 0, 1), 2.0 * math.pi)
-        try:
-            at_once(check_place(whole.driven, workspace))
-            accepted = True
-        except PathPlaceError:
-            accepted = False
+        accepted = judged(whole, workspace)
         answers.append(accepted)
         assert accepted or beyond > 0.0
         assert not accepted or beyond <= TOLERANCE * (1.0 + 1e-3)

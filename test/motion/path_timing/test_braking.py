@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
-from timed_paths import AT_BEGIN, LIMITS, dense_path, random_path, seen, start_at
+from motion_machine import LIMITS
+from timed_paths import AT_BEGIN, dense_path, random_path, seen, start_at
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.errors import PlanningError
@@ -16,7 +17,7 @@ def test_a_braking_goes_on_smoothly_and_keeps_the_limits(path):
     window = at_once(plan_window(curve, AT_BEGIN, LIMITS))
     total = float(window.scaling.times[-1])
     found = 0
-    for time in np.linspace(0.05 * total, 0.95 * total, 20):
+    for time in np.linspace(0.05 * total, 0.95 * total, 8):
         start = start_at(window, float(time))
         try:
             braking = at_once(brake(curve, start, LIMITS))
@@ -28,7 +29,7 @@ def test_a_braking_goes_on_smoothly_and_keeps_the_limits(path):
         assert braking.scaling.speeds[-1] == 0.0
         check_along(curve, braking.scaling, LIMITS)
     # At some instants all that the sliders can do is used already.
-    assert found >= 10
+    assert found >= 4
 
 
 def test_a_braking_is_sooner_at_rest_than_the_motion():

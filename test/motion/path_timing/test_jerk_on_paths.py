@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from motion_machine import LIMITS
 from timed_paths import driven, joined, seen
 
 from testing.jerk_on_paths import chatter, circle, polyline, square
@@ -9,8 +10,6 @@ from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.motion.path_timing.grid import MOST_CELLS
 from tri_glide_kinematics.motion.path_timing.speed_estimate import SHORTEST_CELL
 from tri_glide_kinematics.motion.trajectory import check_along
-
-LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
 
 
 # Corners: of these a path has so many, the places where it begins and ends counted as one.

@@ -75,21 +75,15 @@ def test_each_limit_of_each_slider_is_looked_at(slider, name, peak, monkeypatch)
 @pytest.mark.parametrize("slider", (0, 1, 2))
 @pytest.mark.parametrize("way", (UP, DOWN))
 def test_the_ends_of_each_travel_are_looked_at(slider, way):
-    heights = list(at_rest().heights)
     ways = [STAY, STAY, STAY]
     ways[slider] = way
-    side = 1.0 if way is UP else -1.0
-    state = at_rest()
+    name, side = ("upper_heights", 1.0) if way is UP else ("lower_heights", -1.0)
+    # All others stay where they are, far from the end.
+    ends = list(getattr(DEFAULT_LIMITS, name))
     for beyond, keeps in ((-1e-6, True), (1e-6, False)):
-        end = list(heights)
-        end[slider] += side * (0.004 - beyond)
-        name = "upper_heights" if way is UP else "lower_heights"
-        workspace = Workspace(MACHINE, replace(DEFAULT_LIMITS, **{name: tuple(end)}))
-        # All others stay where they are, far from the end.
-        free = list(getattr(DEFAULT_LIMITS, name))
-        free[slider] = end[slider]
-        workspace = Workspace(MACHINE, replace(DEFAULT_LIMITS, **{name: tuple(free)}))
-        assert certified(state, ways, workspace=workspace) is keeps
+        ends[slider] = at_rest().heights[slider] + side * (0.004 - beyond)
+        workspace = Workspace(MACHINE, replace(DEFAULT_LIMITS, **{name: tuple(ends)}))
+        assert certified(at_rest(), ways, workspace=workspace) is keeps
 
 
 def test_the_workspace_is_looked_at(monkeypatch):

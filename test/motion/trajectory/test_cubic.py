@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from motion_plans import HOME, LIMITS, dense, heights, moving_plan
-from ruckig import InputParameter, Ruckig, Trajectory
+from motion_plans import HOME, LIMITS, dense, heights, motion_of_ruckig, moving_plan
 from strategies import reproducible
 
 from tri_glide_kinematics.interruptible import at_once
@@ -33,12 +32,7 @@ def test_plan_in_motion_is_the_trajectory_of_ruckig(first, second, part):
     # What ruckig refuses is slower than anything that moves.
     assume(max(map(abs, start.velocities)) > 1e-12)
     plan = at_once(motion.move(start, second, LIMITS))
-    given_, trajectory = InputParameter(3), Trajectory(3)
-    given_.current_position, given_.current_velocity, given_.current_acceleration = start
-    given_.target_position = second
-    given_.max_velocity, given_.max_acceleration = LIMITS.velocity, LIMITS.acceleration
-    given_.max_jerk = LIMITS.jerk
-    Ruckig(3, 0.001).calculate(given_, trajectory)
+    trajectory = motion_of_ruckig(start, second, LIMITS)
     assert plan.duration == pytest.approx(trajectory.duration, abs=1e-10)
     for time in np.linspace(0.0, 0.999 * plan.duration, 15).tolist():
         expected = SliderState(*(tuple(row) for row in trajectory.at_time(time)))

@@ -7,7 +7,9 @@ import math
 import numpy as np
 import pytest
 from motion_machine import skip_if_too_long_for_ruckig
-from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
+from motion_plans import LIMITS as UNEQUAL
+from motion_plans import motion_of_ruckig
+from ruckig import Synchronization
 from soak import many
 
 from tri_glide_kinematics.interruptible import at_once
@@ -15,7 +17,6 @@ from tri_glide_kinematics.motion.limits import AT_REST, QUANTITIES, SliderLimits
 from tri_glide_kinematics.motion.moves import SliderMotion
 from tri_glide_kinematics.motion.trajectory import StraightPlan
 
-UNEQUAL = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))
 HOME = (0.6, 0.55, 0.5)
 
 # Heights are below 1 m; a height, and its distance from a line, is a few operations on them.
@@ -67,12 +68,8 @@ def distance_from_line(heights, start, target) -> float:
 
 def ruckig_by_phases(start, target, limits: SliderLimits) -> tuple[float, float]:
     """Return the duration of ruckig's own motion, and its distance from the line."""
-    given, trajectory = InputParameter(3), Trajectory(3)
-    given.current_position, given.target_position = start, target
-    given.max_velocity, given.max_acceleration = limits.velocity, limits.acceleration
-    given.max_jerk = limits.jerk
-    given.synchronization = Synchronization.Phase
-    Ruckig(3, 0.001).calculate(given, trajectory)
+    state = SliderState(start, AT_REST, AT_REST)
+    trajectory = motion_of_ruckig(state, target, limits, Synchronization.Phase)
     times = np.linspace(0.0, trajectory.duration, 13)
     heights = [trajectory.at_time(time)[0] for time in times.tolist()]
     return trajectory.duration, distance_from_line(heights, start, target)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from motion_plans import LIMITS, dense, heights, moving_plan
+from motion_machine import MACHINE
+from motion_plans import LIMITS, dense, heights, moving_plan, peaks
 from strategies import reproducible
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -22,10 +23,7 @@ from tri_glide_kinematics.motion import (
 from tri_glide_kinematics.motion.errors import SliderLimitError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.trajectory import SequencePlan, Trajectory
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
-
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
 
 
 @reproducible
@@ -51,23 +49,17 @@ def test_extremes_are_those_of_dense_samples(first, second, part, since):
 def test_limits_are_compared_with_exact_peaks(target, slider, quantity):
     plan = moving_plan((0.45, 0.75, 0.4), target, 0.5)
     plan.check_limits(LIMITS)
-    sampled = dense(plan)
-    order = ("velocity", "acceleration", "jerk").index(quantity)
-    peaks = (
-        np.abs(sampled.velocities).max(axis=0),
-        np.abs(sampled.accelerations).max(axis=0),
-        np.abs(plan.pieces[3]).max(axis=0),
-    )[order]
+    peak = peaks(plan)[("velocity", "acceleration", "jerk").index(quantity), slider]
     values = list(getattr(LIMITS, quantity))
-    values[slider] = peaks[slider] * 0.999 + 1e-9
+    values[slider] = peak * 0.999 + 1e-9
     lower = replace(LIMITS, **{quantity: tuple(values)})
-    if peaks[slider] > 1e-3:
+    if peak > 1e-3:
         with pytest.raises(SliderLimitError) as caught:
             plan.check_limits(lower)
         assert (caught.value.slider, caught.value.quantity) == (slider, quantity)
         assert caught.value.limit == values[slider]
-    between_samples = 400.0 * sampled.times[1]
-    values[slider] = max(peaks[slider] * 1.001 + between_samples, 1e-3)
+    between_samples = 400.0 * dense(plan).times[1]
+    values[slider] = max(peak * 1.001 + between_samples, 1e-3)
     plan.check_limits(replace(LIMITS, **{quantity: tuple(values)}))
 
 

@@ -75,7 +75,7 @@ def test_each_takes_half_of_the_room_between_and_what_the_other_leaves():
 def test_no_rounding_that_tapers_off_overlaps_another():
     rng = np.random.default_rng(1)
     found = 0
-    for _ in range(150):
+    for _ in range(60):
         driven = random_path(rng, arcs=0.2)[0].driven
         ways, (half_widths, _, _, tapers, swings, _) = driven.rounded.ways, driven.widths
         assert (tapers >= 0.0).all() and (tapers <= 1.0).all()
@@ -86,4 +86,4 @@ def test_no_rounding_that_tapers_off_overlaps_another():
         assert (half_widths <= driven.rounded.rooms * (1.0 + 1e-12)).all()
         assert (driven.rounded.bends[tapers > 0.0] == 0.0).all()
         found += np.count_nonzero(beside)
-    assert found > 100
+    assert found > 40
