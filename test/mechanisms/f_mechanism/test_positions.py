@@ -8,7 +8,7 @@ from soak import many
 
 def test_batch_equals_single_solutions():
     rng = np.random.default_rng(18)
-    for _ in range(many(25)):
+    for _ in range(many(8)):
         mechanism = random_mechanism(rng, size=10.0 ** rng.uniform(-3, 3))
         angles = rng.uniform(-10.0, 10.0, 40)
         batch = mechanism.poses_batch(angles)
