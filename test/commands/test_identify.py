@@ -154,18 +154,12 @@ def test_rows_that_are_missing_and_late_stamps_do_little(folder, capsys):
     assert found["platform"][0] == pytest.approx(0.6, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (["--known", "payload=1"], "known = 'payload' must be carriage 1 or"),
-        (["--topic", "x"], ""),
-    ],
-)
-def test_mistakes_are_told(folder, capsys, arguments, reason):
+def test_what_is_known_has_a_name(folder, capsys):
     table = folder / "run.csv"
-    code = identify.main([str(table), *options_of(folder), *arguments])
-    assert (code == 1) == bool(reason)
-    assert reason in capsys.readouterr().err
+    assert identify.main([str(table), *options_of(folder), "--known", "payload=1"]) == 1
+    assert "known = 'payload' must be carriage 1 or" in capsys.readouterr().err
+    # A table has no topics, so that any name will do.
+    assert identify.main([str(table), *options_of(folder), "--topic", "x"]) == 0
 
 
 def test_a_recording_that_tells_nothing_is_refused(folder, capsys):

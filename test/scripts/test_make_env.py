@@ -59,12 +59,10 @@ def the_error(done: subprocess.CompletedProcess[str]) -> str:
     return lines[0]
 
 
-def python_that_is(version: str, folder: Path) -> None:
-    """Put a python3 into ``folder`` that answers as one of another version does."""
+def put_python(folder: Path, *lines: str) -> None:
+    """Put a script for python3 into ``folder``."""
     script = folder / "python3"
-    script.write_text(
-        f'#!{folder}/bash\n[ "$1" = --version ] && echo "Python {version}" || exit 1\n'
-    )
+    script.write_text("\n".join([f"#!{folder}/bash", *lines, ""]))
     script.chmod(0o755)
 
 
@@ -81,7 +79,7 @@ def test_a_path_with_letters_outside_ascii_is_told_at_once(clone, tools):
 
 
 def test_a_wrong_python_is_named_with_its_version(clone: Path, tools: Path) -> None:
-    python_that_is("3.9.18", tools)
+    put_python(tools, '[ "$1" = --version ] && echo "Python 3.9.18" || exit 1')
     error = the_error(make_env(clone, tools))
     assert "no Python 3.10 to 3.13 found" in error
     assert "python3 is Python 3.9.18" in error
@@ -93,26 +91,17 @@ def test_an_interpreter_that_was_asked_for_is_not_replaced(clone: Path, tools: P
     assert "PYTHON=python3.9 is not a Python 3.10 to 3.13" in error
 
 
-def python_without_ensurepip(folder: Path) -> None:
-    """Put a python3 into ``folder`` whose environments get a link to the pip of this one.
-
-    To unpack a pip of their own takes three times as long as all else that is tested here.
-    """
+def test_a_missing_network_is_said(clone: Path, tools: Path) -> None:
+    """The environment gets a link to the pip of this one: to unpack its own takes far longer."""
     pip = find_spec("pip")
     assert pip is not None and pip.origin is not None
     python = sys.base_prefix + "/bin/python3"
-    script = folder / "python3"
-    script.write_text(
-        f"#!{folder}/bash\n"
-        f'[ "$1 $2" = "-m venv" ] || exec {python} "$@"\n'
-        f'{python} -m venv --without-pip "$3"\n'
-        f'ln -s {Path(pip.origin).parent} "$3"/lib/python3*/site-packages/\n'
+    put_python(
+        tools,
+        f'[ "$1 $2" = "-m venv" ] || exec {python} "$@"',
+        f'{python} -m venv --without-pip "$3"',
+        f'ln -s {Path(pip.origin).parent} "$3"/lib/python3*/site-packages/',
     )
-    script.chmod(0o755)
-
-
-def test_a_missing_network_is_said(clone: Path, tools: Path) -> None:
-    python_without_ensurepip(tools)
     nowhere = {
         "PIP_CONFIG_FILE": os.devnull,
         "PIP_INDEX_URL": "http://127.0.0.1:9/simple",

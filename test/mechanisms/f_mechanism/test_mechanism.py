@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from f_mechanism_samples import (
     closure_value,
+    concurrent_pins,
     example_2,
     mechanism_through,
     random_mechanism,
@@ -105,8 +106,7 @@ def test_exact_folds_are_found_once():
     for _ in range(many(20)):
         # Three rods through one point: the platform can turn about it for an instant.
         joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
-        places = pose[1] + np.exp(1j * pose[0]) * joints
-        pins = places + rng.uniform(0.3, 2.5, 3) * (2.0 * random_points(rng, 1)[0] - places)
+        pins = concurrent_pins(rng, joints, pose)
         angles = rng.uniform(-math.pi, math.pi, 3)
         cranks = rng.uniform(0.1, 0.6, 3)
         mechanism = mechanism_through(pins, joints, pose, cranks, angles)
