@@ -23,17 +23,29 @@ CLOSED = 1e-12  # largest residual, relative to the size
 
 
 def assert_all_positions(mechanism, crank_angles):
-    """All positions are there, close, and are the same in a batch."""
+    """All positions are there, close, and are the same in a batch, as are their rates."""
     batch = mechanism.poses_batch(crank_angles)
+    joints, pins = (
+        values() / mechanism.size for values in (batch.platform_joints, batch.crank_pins)
+    )
     for row, crank_angle in enumerate(crank_angles):
         poses = mechanism.poses(crank_angle)
         assert len(poses) == count_positions(mechanism.linkage, crank_angle) == batch.counts[row]
+        assert np.isnan(batch.angle[row, len(poses) :]).all()
         for slot, pose in enumerate(poses):
             assert pose.residual <= CLOSED * mechanism.size
             assert batch.residual[row, slot] <= CLOSED * mechanism.size
             assert batch.angle[row, slot] == pytest.approx(pose.angle, abs=1e-9)
             place = np.array(pose.position) / mechanism.size
             assert batch.position[row, slot] / mechanism.size == pytest.approx(place, abs=1e-9)
+            corners = np.array(pose.platform_joints) / mechanism.size
+            assert joints[row, slot] == pytest.approx(corners, abs=1e-9)
+            assert pins[row] == pytest.approx(np.array(pose.crank_pins) / mechanism.size, abs=1e-12)
+            assert batch.singularity[row, slot] == pytest.approx(pose.singularity, abs=1e-8)
+            if abs(pose.singularity) > 1e-2:
+                rates = batch.angular_velocity[row, slot], *batch.velocity[row, slot]
+                expected = pose.angular_velocity, *pose.velocity
+                assert rates == pytest.approx(expected, rel=1e-7, abs=1e-7 * mechanism.size)
 
 
 def test_a_platform_seventy_times_the_rods():
@@ -119,6 +131,12 @@ def test_a_followed_branch_passes_positions(ratio):
     turn = np.remainder(batch.angle - trace.angle[:, np.newaxis] + math.pi, math.tau) - math.pi
     shift = np.max(abs(batch.position - trace.position[:, np.newaxis]), axis=-1) / mechanism.size
     assert np.max(np.nanmin(abs(turn) + shift, axis=1)) < 1e-11
+
+
+def test_no_crank_angles():
+    batch = example_2().poses_batch([])
+    assert batch.angle.shape == (0, 6)
+    assert batch.platform_joints().shape == (0, 6, 3, 2)
 
 
 def test_whole_numbers_and_floating_point_numbers_find_the_same():
