@@ -14,9 +14,11 @@ from tri_glide_kinematics.commands.calibrate import PARAMETERS, PICTURE, REPORT,
 EXAMPLE = Path(__file__).parents[2] / "config" / "measurements_example.yaml"
 
 
-@pytest.fixture
-def without_picture(monkeypatch):
-    monkeypatch.setattr("tri_glide_kinematics.picture_commands.save_figure", lambda *_: None)
+@pytest.fixture(autouse=True)
+def quick_pictures(monkeypatch):
+    """Let pictures be empty files."""
+    name = "tri_glide_kinematics.picture_commands.save_figure"
+    monkeypatch.setattr(name, lambda figure, file, _: file.touch())
 
 
 def test_a_file_becomes_report_picture_and_parameters(tmp_path, capsys):
@@ -27,18 +29,16 @@ def test_a_file_becomes_report_picture_and_parameters(tmp_path, capsys):
     said = capsys.readouterr().out
     assert said.startswith((output / REPORT).read_text(encoding="utf-8").rstrip())
     assert said.count("the uncertain volume shrinks to") == 1
-    assert (output / PICTURE).read_bytes().startswith(b"\x89PNG")
+    assert (output / PICTURE).exists()
     assert yaml.safe_load((output / PARAMETERS).read_text(encoding="utf-8"))
 
 
-@pytest.mark.usefixtures("without_picture")
 def test_the_example_can_be_calibrated(tmp_path, capsys):
     assert main([str(EXAMPLE), "--output", str(tmp_path)]) == 0
     said = capsys.readouterr().out
     assert "Warnings" not in said
 
 
-@pytest.mark.usefixtures("without_picture")
 def test_a_gross_contradiction_makes_no_parameter_file_unless_it_is_forced(tmp_path, capsys):
     """Priors in another unit: the data are as good as before, and the machine may not move."""
     text = EXAMPLE.read_text()
@@ -59,7 +59,6 @@ def test_a_gross_contradiction_makes_no_parameter_file_unless_it_is_forced(tmp_p
     assert (output / PARAMETERS).exists()
 
 
-@pytest.mark.usefixtures("without_picture")
 def test_what_is_proposed_lies_inside_the_workspace_of_the_file(tmp_path, capsys):
     travel = "lower_heights: [200.0, 200.0, 200.0]"
     text = EXAMPLE.read_text()

@@ -133,20 +133,6 @@ def test_check_takes_the_shaper_of_the_parameters(command, tmp_path):
     assert "part.gcode: line 3: segment 2 of the path bends" in written.err
 
 
-@pytest.mark.parametrize(
-    ("text", "error"),
-    [
-        ("G0 X1\nG1 X2 X3 F600\nM2\n", "part.gcode: line 2, column 7: X3: X stands twice"),
-        ("G0 X1\nG1 X400 F600\nM2\n", "part.gcode: line 2: "),
-    ],
-)
-def test_check_names_what_is_wrong(command, text, error):
-    code, written = command(text)
-    assert code == 1
-    assert error in written.err
-    assert not SUMMARY.search(written.out)
-
-
 def test_check_takes_the_rest_from_a_line(command):
     text = "G0 X0 Z50\nG1 X60 F600\nX0\nM2\n"
     code, written = command(text, "--from", "3")
@@ -155,9 +141,3 @@ def test_check_takes_the_rest_from_a_line(command):
     code, written = command(text, "--from", "9")
     assert code == 1
     assert "line 9: nothing is done from here on: line 4 is the last" in written.err
-
-
-def test_check_names_a_file_that_is_missing(command, tmp_path):
-    code, written = command("G0 X1\nM2\n", parameters=tmp_path / "none.yaml")
-    assert code == 1
-    assert "none.yaml: No such file" in written.err

@@ -33,12 +33,11 @@ def points(tmp_path, monkeypatch):
     return file
 
 
-@pytest.mark.parametrize("name", ["program_example.gcode", "drive_example.yaml"])
-def test_a_file_is_drawn_and_its_setpoints_are_judged(tmp_path, capsys, name):
+def test_a_file_is_drawn_and_its_setpoints_are_judged(tmp_path, capsys):
     table, recording = tmp_path / "out" / "a.csv", tmp_path / "b" / "a.mcap"
     options = ("--csv", str(table), "--mcap", str(recording))
-    assert draw(CONFIG / name, tmp_path / "out", *options) == 0
-    with Image.open(tmp_path / "out" / f"{Path(name).stem}_motion.png") as picture:
+    assert draw(CONFIG / "drive_example.yaml", tmp_path / "out", *options) == 0
+    with Image.open(tmp_path / "out" / "drive_example_motion.png") as picture:
         assert picture.size == (1430, 880)
     for file in (table, recording):
         assert judge.main([str(file), *MACHINE]) == 0
@@ -127,8 +126,8 @@ def test_a_violation_is_told_with_time_number_and_bound(points, tmp_path, capsys
     assert "velocity: " in told
 
 
-def test_both_run_where_there_is_no_ros(points, tmp_path):
-    """Importing a package of ROS is an error there."""
+def test_both_run_where_there_is_no_ros(tmp_path):
+    """Importing a package of ROS is an error there; the file is a program."""
     script = (
         "import sys\n"
         "for name in ('rclpy', 'sensor_msgs', 'tri_glide_interfaces', 'geometry_msgs'):\n"
@@ -139,9 +138,12 @@ def test_both_run_where_there_is_no_ros(points, tmp_path):
         "files = ['--output', folder, '--mcap', recording]\n"
         "sys.exit(draw_motion.main([file, *files, *machine]) or judge.main([recording, *machine]))"
     )
-    command = [sys.executable, "-c", script, str(points), str(tmp_path), *MACHINE]
+    file = CONFIG / "program_example.gcode"
+    command = [sys.executable, "-c", script, str(file), str(tmp_path), *MACHINE]
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=120, check=False, cwd=CONFIG
     )
     assert done.returncode == 0, done.stderr
     assert "all limits are kept" in done.stdout
+    with Image.open(tmp_path / "program_example_motion.png") as picture:
+        assert picture.size == (1430, 880)

@@ -26,7 +26,7 @@ from tri_glide_kinematics.workspace import Workspace
 PERIOD = 1e-3
 # Of the simulated drives [s].
 LONGEST_STEP = 5e-4
-DURATION = 3.0
+DURATION = 2.0
 MASSES = replace(Masses.uniform(1.0, 0.5, 0.6, coulomb=4.0, viscous=9.0), carriages=(1.0, 1.2, 0.9))
 CONTROL = PositionControl((40000.0,) * 3, (500.0,) * 3)
 OFFSETS = (0.02, -0.01, 0.0)
@@ -142,7 +142,7 @@ def test_arms_of_any_kind_are_told_as_sums(folder, capsys):
 
 def test_rows_that_are_missing_and_late_stamps_do_little(folder, capsys):
     measured = np.load(folder / "measured.npy")
-    kept = np.delete(measured, [*range(1000, 1050), *range(1500, 2900, 97)], axis=0)
+    kept = np.delete(measured, [*range(800, 850), *range(1200, 2100, 63)], axis=0)
     rng = np.random.default_rng(1)
     late = kept[:, 0] + rng.exponential(2e-5, len(kept))
     # Where the slider is at that time.
@@ -154,18 +154,12 @@ def test_rows_that_are_missing_and_late_stamps_do_little(folder, capsys):
     assert found["platform"][0] == pytest.approx(0.6, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (["--known", "payload=1"], "known = 'payload' must be carriage 1 or"),
-        (["--topic", "x"], ""),
-    ],
-)
-def test_mistakes_are_told(folder, capsys, arguments, reason):
+def test_what_is_known_has_a_name(folder, capsys):
     table = folder / "run.csv"
-    code = identify.main([str(table), *options_of(folder), *arguments])
-    assert (code == 1) == bool(reason)
-    assert reason in capsys.readouterr().err
+    assert identify.main([str(table), *options_of(folder), "--known", "payload=1"]) == 1
+    assert "known = 'payload' must be carriage 1 or" in capsys.readouterr().err
+    # A table has no topics, so that any name will do.
+    assert identify.main([str(table), *options_of(folder), "--topic", "x"]) == 0
 
 
 def test_a_recording_that_tells_nothing_is_refused(folder, capsys):

@@ -8,7 +8,6 @@ from xml.etree import ElementTree
 
 import pytest
 import yaml
-from PIL import Image
 
 from tri_glide_kinematics import sizing
 from tri_glide_kinematics.commands import describe_machine, draw_machine, size
@@ -24,9 +23,19 @@ WISH = ["--cylinder", "0.1", "0.12", "--speed", "1", "--acceleration", "10", "--
 def coarse(monkeypatch):
     monkeypatch.setattr(machine, "PLACES", 41)
     monkeypatch.setattr(search, "ROUNDS", 9)
+    monkeypatch.setattr(search, "STARTS", 1)
+    monkeypatch.setattr(search, "FIRST_GRID", 31)
 
 
-def test_a_wish_leads_to_a_parameter_file_that_is_drawn(tmp_path, capsys):
+@pytest.fixture
+def drawn(monkeypatch):
+    """Return the figures that are drawn, instead of their files."""
+    figures = []
+    monkeypatch.setattr(draw_machine, "save_figure", lambda figure, *_: figures.append(figure))
+    return figures
+
+
+def test_a_wish_leads_to_a_parameter_file_that_is_drawn(tmp_path, capsys, drawn):
     file = tmp_path / "new" / "machine.yaml"
     assert size.main([*WISH, "--least-arm-angle", "25", "--write", str(file)]) == 0
     told = capsys.readouterr().out
@@ -46,8 +55,7 @@ def test_a_wish_leads_to_a_parameter_file_that_is_drawn(tmp_path, capsys):
     assert "radius 100.000 mm" in told
     assert surfaces[1].read_bytes()[:4] == b"glTF"
     assert surfaces[0].stat().st_size > 84
-    with Image.open(tmp_path / "machine_machine.png") as picture:
-        assert picture.size == (1700, 850)
+    assert len(drawn) == 1
 
 
 def test_an_impossible_wish_is_answered_with_the_nearest_possible_one(
@@ -67,9 +75,11 @@ def test_an_impossible_wish_is_answered_with_the_nearest_possible_one(
     assert file.exists()
 
 
-def test_a_drive_file_is_a_duty_cycle(capsys):
+def test_a_drive_file_is_a_duty_cycle(tmp_path, capsys):
+    file = tmp_path / "a.nc"
+    file.write_text("G1 X10 F6000\nX-10 Y10\nM2\n")
     wish = ["--box", "0.12", "0.12", "0.2", "--bottom", "0.15", "--speed", "1", "--acceleration"]
-    drive = ["--drive", str(CONFIG / "program_example.gcode")]
+    drive = ["--drive", str(file)]
     settings = ["--settings", str(CONFIG / "program_settings.yaml")]
     assert size.main([*wish, "10", *drive, *settings]) == 0
     assert "largest power [W]" in capsys.readouterr().out

@@ -22,10 +22,12 @@ FILES = {
     "far.nc": "G1 X1 F100\nX1000\nM2\n",
     "long.nc": "G1 X1 F100\nG4 P60\nM2\n",
     "short.nc": "G1 X1 F100\nM2\n",
+    "twice.nc": "G0 X1\nG1 X2 X3 F600\nM2\n",
 }
 SWING = "config/ringdown_example.csv"
 TOUCHES = "config/measurements_example.yaml"
 DRAWN = "--output . --parameters config/tri_glide.yaml --settings config/program_settings.yaml"
+CHECKED = "--check --parameters config/tri_glide.yaml --settings config/program_settings.yaml"
 MOTION = "--speed 1 --acceleration 9"
 
 
@@ -67,6 +69,9 @@ def answer(tmp_path, monkeypatch, capsys):
         (f"draw_motion long.nc {DRAWN} --rate 100000", "name a lower --rate"),
         (f"draw_motion short.nc {DRAWN} --settings none.yaml", "none.yaml: cannot be read"),
         (f"draw_motion frame.yaml {DRAWN}", "in the frame table"),
+        (f"drive twice.nc {CHECKED}", "twice.nc: line 2, column 7: X3: X stands twice"),
+        (f"drive far.nc {CHECKED}", "far.nc: line 2: "),
+        (f"drive short.nc {CHECKED} --parameters none.yaml", "none.yaml: No such file"),
         ("judge none.csv --parameters config/tri_glide.yaml", "cannot be read"),
         (f"size --cylinder 0.1 -0.1 {MOTION}", "cylinder z_max"),
         ("size --box 0.1 0.1 0.1 --speed 0 --acceleration 9", "speed = 0"),

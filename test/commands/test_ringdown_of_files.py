@@ -21,6 +21,13 @@ from tri_glide_kinematics.motion.shaping import ShaperKind
 EXAMPLE = str(Path(__file__).parents[2] / "config" / "ringdown_example.csv")
 
 
+@pytest.fixture
+def quick_pictures(monkeypatch):
+    """Let pictures be empty files."""
+    name = "tri_glide_kinematics.picture_commands.save_figure"
+    monkeypatch.setattr(name, lambda figure, file, _: file.touch())
+
+
 def test_a_file_becomes_numbers_a_picture_and_parameters(tmp_path, capsys):
     picture, modes = tmp_path / "new" / "swing.png", tmp_path / "modes.yaml"
     arguments = [EXAMPLE, "--picture", str(picture), "--write", str(modes), "--shaper", "zvd"]
@@ -32,6 +39,7 @@ def test_a_file_becomes_numbers_a_picture_and_parameters(tmp_path, capsys):
     assert yaml.safe_load(modes.read_text())["ik_node"]["ros__parameters"]["shaper"] == "zvd"
 
 
+@pytest.mark.usefixtures("quick_pictures")
 def test_several_swings_are_combined(tmp_path, capsys):
     recording = load_recording(EXAMPLE)
     files = [tmp_path / f"swing_{number}.csv" for number in (1, 2)]
@@ -49,6 +57,7 @@ def test_several_swings_are_combined(tmp_path, capsys):
     assert len(values["mode_frequencies"]) == 2
 
 
+@pytest.mark.usefixtures("quick_pictures")
 def test_where_nothing_is_known_there_is_a_picture_and_no_parameter_file(tmp_path, capsys):
     picture, modes = tmp_path / "swing.png", tmp_path / "modes.yaml"
     arguments = [EXAMPLE, "--to", "12.5", "--picture", str(picture), "--write", str(modes)]

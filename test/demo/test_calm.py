@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tri_glide_kinematics.demo import calm_demo
 from tri_glide_kinematics.demo.calm_demo import PERIOD, Swing, is_calm, save_swings, table
 from tri_glide_kinematics.demo.running import DemoError
 
@@ -70,11 +71,11 @@ def test_each_motion_is_judged_by_itself():
     assert not is_calm([*others, swing("ei", 4e-4, "path")])
 
 
-def test_table_and_picture(tmp_path):
+def test_table_and_picture(tmp_path, monkeypatch):
     cases = [(shaper, motion) for shaper in ("none", "ei") for motion in ("move", "path")]
     swings = [swing(shaper, 1e-5, motion) for shaper, motion in cases]
     lines = table(swings).splitlines()
     rows = [["move", "none"], ["move", "ei"], ["path", "none"], ["path", "ei"]]
     assert [line.split()[:2] for line in lines[1:]] == rows
-    picture = save_swings(tmp_path / "new", swings, 5e-5)
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    monkeypatch.setattr(calm_demo, "save_figure", lambda figure, file, _: file.touch())
+    assert save_swings(tmp_path / "new", swings, 5e-5).exists()

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from soak import many
 from strategies import random_geometry, random_motion, random_positions, reproducible
 
 from testing.masses import random_masses
@@ -156,7 +157,7 @@ def test_forces_take_the_same_power_as_energy_and_friction():
     assert worst < 1e-12
 
 
-@reproducible
+@settings(reproducible, max_examples=many(60))
 @given(st.integers(0, 2**32 - 1))
 def test_forces_and_accelerations_are_inverse(seed):
     rng = np.random.default_rng(seed)

@@ -39,7 +39,7 @@ def test_maps_are_what_they_are_defined_as():
 
 
 def test_a_machine_has_six_maps_and_two_cuts(monkeypatch):
-    monkeypatch.setattr(machine, "PLACES", 81)
+    monkeypatch.setattr(machine, "PLACES", 41)
     workspace = Workspace(MACHINE, LIMITS)
     figure = machine_figure(workspace, VELOCITIES, 1e-5, "a.yaml")
     panels = [axes for axes in figure.axes if axes.get_title()]

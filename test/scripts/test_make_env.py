@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 NEEDED = ("scripts", "env.sh", "requirements.txt", "constraints.txt", "setup.cfg")
 TOOLS = ("bash", "cat", "cut", "dirname", "find", "grep", "head", "mkdir", "rm", "sha256sum")
-TOOLS += ("sort", "tail", "uname", "xargs", "make", "cmake", "g++")
+TOOLS += ("ln", "sort", "tail", "uname", "xargs", "make", "cmake", "g++")
 
 
 @pytest.fixture
@@ -58,12 +59,10 @@ def the_error(done: subprocess.CompletedProcess[str]) -> str:
     return lines[0]
 
 
-def python_that_is(version: str, folder: Path) -> None:
-    """Put a python3 into ``folder`` that answers as one of another version does."""
+def put_python(folder: Path, *lines: str) -> None:
+    """Put a script for python3 into ``folder``."""
     script = folder / "python3"
-    script.write_text(
-        f'#!{folder}/bash\n[ "$1" = --version ] && echo "Python {version}" || exit 1\n'
-    )
+    script.write_text("\n".join([f"#!{folder}/bash", *lines, ""]))
     script.chmod(0o755)
 
 
@@ -80,7 +79,7 @@ def test_a_path_with_letters_outside_ascii_is_told_at_once(clone, tools):
 
 
 def test_a_wrong_python_is_named_with_its_version(clone: Path, tools: Path) -> None:
-    python_that_is("3.9.18", tools)
+    put_python(tools, '[ "$1" = --version ] && echo "Python 3.9.18" || exit 1')
     error = the_error(make_env(clone, tools))
     assert "no Python 3.10 to 3.13 found" in error
     assert "python3 is Python 3.9.18" in error
@@ -93,7 +92,16 @@ def test_an_interpreter_that_was_asked_for_is_not_replaced(clone: Path, tools: P
 
 
 def test_a_missing_network_is_said(clone: Path, tools: Path) -> None:
-    (tools / "python3").symlink_to(sys.base_prefix + "/bin/python3")
+    """The environment gets a link to the pip of this one: to unpack its own takes far longer."""
+    pip = find_spec("pip")
+    assert pip is not None and pip.origin is not None
+    python = sys.base_prefix + "/bin/python3"
+    put_python(
+        tools,
+        f'[ "$1 $2" = "-m venv" ] || exec {python} "$@"',
+        f'{python} -m venv --without-pip "$3"',
+        f'ln -s {Path(pip.origin).parent} "$3"/lib/python3*/site-packages/',
+    )
     nowhere = {
         "PIP_CONFIG_FILE": os.devnull,
         "PIP_INDEX_URL": "http://127.0.0.1:9/simple",

@@ -24,7 +24,7 @@ def errors(known: SliderForces | None) -> FloatArray:
     """Return the tracking errors over some moves; without known masses, the weight alone is fed."""
     rng = np.random.default_rng(2)
     found = []
-    for kind in (*MotionKind, *MotionKind):
+    for kind in MotionKind:
         start, end = rng.uniform((-0.1, -0.1, 0.22), (0.1, 0.1, 0.36), (2, 3)).tolist()
         motion = plan_move(WORKSPACE, LIMITS, start, end, kind=kind)
         moved = motion.at(0.0)[:2]

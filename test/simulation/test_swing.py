@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from soak import many
 from strategies import reproducible
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
@@ -41,7 +42,7 @@ def after_ramp(frequency, damping, speed, time):
 
 
 @pytest.mark.parametrize("dt", STEPS)
-@settings(reproducible, max_examples=20)
+@settings(reproducible, max_examples=many(8))
 @given(st.integers(0, 2), frequencies, dampings)
 def test_a_ramp_is_answered_as_in_closed_form(dt, axis, frequency, damping):
     swing = swing_of(frequency, damping, axis)

@@ -6,10 +6,15 @@ import math
 
 import numpy as np
 import pytest
-from soak import some
+from soak import many, some
 from strategies import is_inside
 
-from tri_glide_kinematics.sizing import NoCylinderError, inscribed_height, inscribed_radius
+from tri_glide_kinematics.sizing import (
+    NoCylinderError,
+    extents,
+    inscribed_height,
+    inscribed_radius,
+)
 from tri_glide_kinematics.sizing.fields import Cells
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
@@ -37,11 +42,13 @@ def rim(radius, count=12):
     return radius * np.column_stack((np.cos(angles), np.sin(angles)))
 
 
-def test_radius_and_height_of_the_default_machine_are_exact():
+def test_radius_and_height_of_the_default_machine_are_exact(monkeypatch):
+    # All around, the condition number is nearly as large: many cells are halved for each digit.
+    monkeypatch.setattr(extents, "RADIUS_TOLERANCE", 1e-5)
     place = workspace()
     z = 0.35
     radius = halved(lambda r: all(is_inside(place, (*xy, z)) for xy in rim(r).tolist()), 0.0, 0.4)
-    assert inscribed_radius(place) == pytest.approx(radius, abs=1e-6)
+    assert radius - 1.1e-5 < inscribed_radius(place) <= radius
     wanted = 0.12
     # A cylinder is cut first at its axis, at its rim, or where an anchor is nearest to it.
     level = [(0.0, 0.0), *rim(wanted).tolist()]
@@ -92,7 +99,7 @@ def test_the_condition_number_is_kept_in_all_of_a_circle_and_nowhere_around_a_wi
     rng = np.random.default_rng(seed)
     angles = np.linspace(0.0, 2.0 * math.pi, 4001)
     circle = np.column_stack((np.cos(angles), np.sin(angles)))
-    for _ in range(4):
+    for _ in range(many(2)):
         turned = np.radians((90.0, 210.0, 330.0)) + rng.normal(0.0, 0.1, 3)
         across = 0.2 * rng.uniform(0.8, 1.2, 3)
         anchors = np.column_stack((across * np.cos(turned), across * np.sin(turned)))

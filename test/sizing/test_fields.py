@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from soak import many
 
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.sizing.fields import Cells, Loads
@@ -108,7 +109,7 @@ def test_no_motion_needs_more_force_than_the_bound_and_one_from_rest_needs_it():
 @pytest.mark.parametrize("radius", RADII)
 def test_no_place_of_a_cell_has_more_than_its_bound(radius):
     rng = np.random.default_rng(3)
-    for _ in range(60):
+    for _ in range(many(20)):
         machine, masses = random_machine(rng), random_masses(rng)
         loads = Loads.of(masses, machine.geometry.arm_lengths)
         speed, acceleration = rng.uniform(0.0, 3.0), rng.uniform(0.0, 30.0)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from soak import many
 from strategies import geometries, nudged, random_geometry, random_positions, reproducible
@@ -35,6 +35,8 @@ from tri_glide_kinematics.tri_glide.batch import BLOCK
 
 EPS = np.finfo(float).eps
 
+few_examples = settings(reproducible, max_examples=many(60))
+
 # Long arm at the middle of three anchors that are nearly in line: beyond the side of the other
 # two lie poses of the other assembly mode.
 TWO_MODES = TriGlideGeometry([(0.0, 0.05), (-0.3, 0.0), (0.3, 0.0)], [0.5, 0.4, 0.4])
@@ -46,7 +48,7 @@ def relative_error(found, wanted):
     return float((difference / np.linalg.norm(wanted, axis=-1)).max())
 
 
-@reproducible
+@few_examples
 @given(geometries, st.integers(0, 2**32 - 1))
 def test_roundtrip_is_as_good_as_the_condition_number_allows(geometry, seed):
     machine = TriGlide(geometry)
@@ -61,7 +63,7 @@ def test_roundtrip_is_as_good_as_the_condition_number_allows(geometry, seed):
     assert np.nanmax(error, initial=0.0) < 64.0 * EPS
 
 
-@reproducible
+@few_examples
 @given(geometries, st.integers(0, 2**32 - 1))
 def test_poses_are_where_the_arms_have_their_lengths(geometry, seed):
     machine = TriGlide(geometry)
@@ -87,7 +89,7 @@ def test_velocities_agree_with_central_differences():
     for symmetric in (True, False):
         for _ in range(10):
             machine = TriGlide(random_geometry(rng, symmetric))
-            positions = random_positions(machine, rng, 500, max_condition=10.0)
+            positions = random_positions(machine, rng, 100, max_condition=10.0)
             velocities = rng.normal(size=positions.shape)
             difference = machine.inverse_batch(positions + step * velocities)
             difference -= machine.inverse_batch(positions - step * velocities)
@@ -172,7 +174,7 @@ def test_condition_number_agrees_with_singular_value_decomposition():
         np.testing.assert_allclose(single, found[::5], rtol=1e-9)
 
 
-@reproducible
+@few_examples
 @given(geometries, st.integers(0, 2**32 - 1))
 def test_batch_is_the_single_pose_repeated(geometry, seed):
     """To the last bit, in rows without a solution too."""

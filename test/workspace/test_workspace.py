@@ -108,17 +108,17 @@ def inside_positions(workspace, rng, count):
 def test_places_against_the_definition(workspace):
     rng = np.random.default_rng(1)
     lower, upper = (-0.3, -0.3, -0.3), (0.3, 0.3, 0.9)
-    positions = rng.uniform(lower, upper, (4000, 3))
+    positions = rng.uniform(lower, upper, (many(1500), 3))
     depth = depths_outside(workspace, positions).max(axis=1)
     decided = np.abs(depth) > 10.0 * ROUNDING
     found = [is_inside(workspace, p) for p in positions.tolist()]
-    assert 20 < sum(found) < 2000
+    assert 10 < sum(found) < 0.5 * len(found)
     np.testing.assert_array_equal(np.array(found)[decided], (depth <= 0.0)[decided])
     for position in positions[np.array(found)].tolist():
         heights = workspace.check_position(position)
         assert heights == workspace.machine.inverse(position)
         np.testing.assert_allclose(workspace.check_heights(heights), position, atol=1e-12)
-    for heights in rng.uniform(0.2, 1.0, (1000, 3)).tolist():
+    for heights in rng.uniform(0.2, 1.0, (many(300), 3)).tolist():
         try:
             position = workspace.machine.forward(heights)
         except NoPoseError:
@@ -131,9 +131,9 @@ def test_places_against_the_definition(workspace):
 @every_workspace
 def test_segments_against_dense_samples(workspace):
     rng = np.random.default_rng(2)
-    fractions = np.linspace(0.0, 1.0, 1001)[:, None]
+    fractions = np.linspace(0.0, 1.0, 501)[:, None]
     counts = {True: 0, False: 0}
-    for start in inside_positions(workspace, rng, 300):
+    for start in inside_positions(workspace, rng, many(100)):
         end = (start + rng.normal(0.0, 0.1, 3)).tolist()
         line = start + fractions * np.subtract(end, start)
         length = math.dist(start, end)
@@ -155,7 +155,7 @@ def test_segments_against_dense_samples(workspace):
         else:
             counts[True] += 1
             assert inside.all()
-    assert min(counts.values()) > 50
+    assert min(counts.values()) > 15
 
 
 @pytest.mark.parametrize("across", [0.2, 0.01, 1e-3, 1e-4])
@@ -205,7 +205,7 @@ def test_the_text_of_a_workspace_makes_it_again():
 @every_workspace
 def test_exit_distance_from_both_sides(workspace):
     rng = np.random.default_rng(3)
-    for start in inside_positions(workspace, rng, 100):
+    for start in inside_positions(workspace, rng, many(40)):
         direction = rng.normal(size=3)
         unit = direction / np.linalg.norm(direction)
         distance = workspace.exit_distance(start, direction.tolist(), 2.0)
@@ -250,7 +250,7 @@ def test_paths_against_dense_samples(workspace):
         duration = rng.uniform(0.1, 2.0)
         sideways = rng.normal(size=3) * rng.choice([0.0, 0.02, 0.1])
         course, state, acceleration = smooth_path(start, end, sideways, duration)
-        times = np.linspace(0.0, duration, 2001)
+        times = np.linspace(0.0, duration, 1001)
         heights = course(times)[0]
         positions = machine.forward_batch(heights)
         posed = np.isfinite(positions[:, 0])
@@ -283,7 +283,7 @@ def test_condition_field_vouches_for_its_surroundings():
         machine = TriGlide(random_geometry(rng, symmetric))
         limit = 8.0
         field = ConditionField(machine.geometry, limit)
-        for position in random_positions(machine, rng, many(100)).tolist():
+        for position in random_positions(machine, rng, many(40)).tolist():
             around = field.around(*position[:2])
             assert (around is None) == (machine.condition_number(position) > limit * (1 + 1e-8))
             if around is None:
@@ -468,14 +468,14 @@ class TestAtTheEdge:
     def test_lines_may_end_on_the_edge(self):
         rng = np.random.default_rng(20)
         box, cylinder = WORKSPACES["box"], WORKSPACES["cylinder"]
-        for start in inside_positions(box, rng, 300):
+        for start in inside_positions(box, rng, many(60)):
             end = np.array((*rng.uniform(-0.06, 0.06, 2), rng.uniform(0.2, 0.3)))
             for axis in range(3):
                 for corner in (box.limits.box_lower, box.limits.box_upper):
                     on_face = np.where(np.arange(3) == axis, corner, end)
                     if is_inside(box, on_face):
                         box.check_segment(start, nudged(rng, on_face))
-        for start in inside_positions(cylinder, rng, 300):
+        for start in inside_positions(cylinder, rng, many(60)):
             angle = rng.uniform(0.0, math.tau)
             x = CYLINDER.center_x + CYLINDER.radius * math.cos(angle)
             y = CYLINDER.center_y + CYLINDER.radius * math.sin(angle)
@@ -485,7 +485,7 @@ class TestAtTheEdge:
         rng = np.random.default_rng(21)
         workspace = WORKSPACES["plain"]
         checked = 0
-        for start in inside_positions(workspace, rng, 100):
+        for start in inside_positions(workspace, rng, many(40)):
             for arm in range(3):
                 for end_of_travel, inwards in ((0.3, 1.0), (0.9, -1.0)):
                     heights = np.full(3, end_of_travel) + inwards * rng.uniform(0.0, 0.1, 3)
@@ -498,12 +498,12 @@ class TestAtTheEdge:
                     if reached > math.dist(start, end) - 1e-6:
                         workspace.check_segment(start, nudged(rng, end))
                         checked += 1
-        assert checked > 200
+        assert checked > 80
 
     def test_lines_may_run_along_a_face(self):
         rng = np.random.default_rng(22)
         workspace = Workspace(MACHINE, replace(DEFAULT_LIMITS, box_lower=(-0.1, -0.1, 0.2)))
-        for _ in range(300):
+        for _ in range(many(100)):
             x, y, end_x, end_y = rng.uniform(-0.06, 0.06, 4)
             start, end = nudged(rng, (x, y, 0.2)), nudged(rng, (end_x, end_y, 0.2))
             workspace.check_segment(start, end)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from soak import some
 
 from testing.wrong_machines import NOMINAL, RADIUS, TOUCH, WRONG_BY, drawn, ring
 from tri_glide_kinematics.calibration.fit import (
@@ -92,7 +93,8 @@ def test_a_distance_that_alone_knows_the_scale_is_not_checked_by_touches_without
 def test_a_quarter_that_is_wrong_alike_is_named_or_the_result_is_not_valid(priors):
     """Four of sixteen touches, on grains or on a patch of the bed, are higher by 0.3 mm."""
     named = 0
-    for seed in range(12):
+    seeds = some(range(12), 6)
+    for seed in seeds:
         machine, rng = drawn(seed)
         places = [(0.0, 0.0), *ring(RADIUS / 2.0, 6), *ring(RADIUS, 9)]
         touches, distances = machine.touches(rng, places), machine.one_distance(rng)
@@ -102,4 +104,4 @@ def test_a_quarter_that_is_wrong_alike_is_named_or_the_result_is_not_valid(prior
         result = calibrate(GEOMETRY, touches, (), distances, priors)
         assert result.is_contradicted
         named += set(result.outliers) == {f"touch {index + 1}" for index in wrong}
-    assert named >= 4
+    assert named >= len(seeds) // 3

@@ -48,7 +48,7 @@ def test_numbers_of_several_swings_are_inside_their_intervals():
     rng = np.random.default_rng(5)
     errors = []
     measuring = replace(SHORT, quantity=Quantity.ACCELERATION, noise=10.0**-1.5, axes=1)
-    for seed in range(many(4)):
+    for seed in range(many(3)):
         true = Mode(rng.uniform(10.0, 40.0), rng.uniform(0.01, 0.06))
         (one,) = combine_modes(swings([[true]] * 4, seed, measuring)).modes
         errors.append((one.frequency - true.frequency) / one.frequency_deviation)

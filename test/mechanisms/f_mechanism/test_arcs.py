@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from f_mechanism_samples import random_mechanism
+from soak import many
 
 from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve, Drive, tube
 from tri_glide_kinematics.mechanisms.f_mechanism.trace import starting_point
@@ -13,7 +14,7 @@ def test_no_other_branch_enters_the_tube():
     # All positions at many places of the drive inside proven tubes: only the arc itself is there.
     rng = np.random.default_rng(36)
     inside = 0
-    for _ in range(60):
+    for _ in range(many(20)):
         mechanism = random_mechanism(rng)
         speeds, phases = mechanism.linkage.speeds, mechanism.linkage.phases
         curve = Curve(mechanism.linkage, Drive(phases, speeds))
@@ -34,4 +35,4 @@ def test_no_other_branch_enters_the_tube():
                         corrected, _ = curve.correct(frame, h)
                         assert np.linalg.norm(centre + offset - corrected) < 1e-7
                         inside += 1
-    assert inside > 300
+    assert inside > 100

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from f_mechanism_samples import (
     closure_value,
+    concurrent_pins,
     example_2,
     mechanism_through,
     random_mechanism,
@@ -73,7 +74,7 @@ def test_random_mechanisms_agree_with_a_dense_scan():
     rng = np.random.default_rng(20_000)
     grid = np.linspace(-math.pi, math.pi, 721)
     counts = np.zeros(7, dtype=int)
-    for _ in range(1_000):
+    for _ in range(many(300)):
         mechanism = random_mechanism(rng)
         crank_angle = rng.uniform(-math.pi, math.pi)
         poses = mechanism.poses(crank_angle)
@@ -86,7 +87,7 @@ def test_random_mechanisms_agree_with_a_dense_scan():
             # A pair of roots narrower than the scan: only a much finer one tells.
             fine = np.linspace(-math.pi, math.pi, 200_001)
             assert scan_count(mechanism, crank_angle, fine) == len(poses)
-    assert np.all(counts[[0, 2, 4, 6]] > 5)
+    assert np.all(counts[[0, 2, 4, 6]] > 1)
     assert np.all(counts[[1, 3, 5]] == 0)
 
 
@@ -102,11 +103,10 @@ def single_row(mechanism, crank_angle):
 
 def test_exact_folds_are_found_once():
     rng = np.random.default_rng(11)
-    for _ in range(many(50)):
+    for _ in range(many(20)):
         # Three rods through one point: the platform can turn about it for an instant.
         joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
-        places = pose[1] + np.exp(1j * pose[0]) * joints
-        pins = places + rng.uniform(0.3, 2.5, 3) * (2.0 * random_points(rng, 1)[0] - places)
+        pins = concurrent_pins(rng, joints, pose)
         angles = rng.uniform(-math.pi, math.pi, 3)
         cranks = rng.uniform(0.1, 0.6, 3)
         mechanism = mechanism_through(pins, joints, pose, cranks, angles)
@@ -122,7 +122,7 @@ def test_exact_folds_are_found_once():
 
 def test_degenerate_linear_system_keeps_both_positions():
     rng = np.random.default_rng(12)
-    for _ in range(many(50)):
+    for _ in range(many(20)):
         joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
         z = np.exp(1j * pose[0])
         places = pose[1] + z * joints
@@ -150,7 +150,7 @@ def test_degenerate_linear_system_keeps_both_positions():
 
 def test_degenerate_linear_system_invents_nothing():
     rng = np.random.default_rng(13)
-    for _ in range(many(50)):
+    for _ in range(many(20)):
         joints = random_points(rng, 3)
         angle = rng.uniform(-3.1, 3.1)
         pin_a, pin_b = random_points(rng, 2)
@@ -180,7 +180,7 @@ def test_identically_vanishing_determinant():
     # Pins and platform both collinear in the same ratio: the two linear equations are parallel at
     # every platform angle, and every root of F is double.
     rng = np.random.default_rng(14)
-    for _ in range(100):
+    for _ in range(many(30)):
         ratio = rng.uniform(-2.0, 2.0)
         d_b, pin_a, e_b = random_points(rng, 3)
         joints = np.array([0.0, d_b, ratio * d_b])
@@ -406,7 +406,7 @@ def test_positions_that_share_a_platform_angle_are_in_order_of_their_place():
         [[0.0, 0.0], [1.5, 0.0], [-1.5, 0.0]],
     ]
     orders = set()
-    for _ in range(60):
+    for _ in range(many(20)):
         mechanism = FMechanism(*(nudged(rng, part) for part in lengths))
         poses = mechanism.poses(0.3)
         orders.add(tuple((round(p.angle, 5), *np.round(p.position, 5).tolist()) for p in poses))
@@ -417,7 +417,7 @@ def test_positions_that_share_a_platform_angle_are_in_order_of_their_place():
 
 def test_half_a_turn_of_the_platform_is_the_last_position():
     rng = np.random.default_rng(21)
-    for _ in range(100):
+    for _ in range(many(30)):
         joints, pins, place = random_points(rng, 3), random_points(rng, 3), random_points(rng, 1)[0]
         angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
         turned = (math.pi, place)

@@ -90,7 +90,7 @@ def test_turning_points_are_exact():
     rng = np.random.default_rng(31)
     circle = np.linspace(-math.pi, math.pi, 400)
     checked = 0
-    for _ in range(30):
+    for _ in range(many(8)):
         mechanism = random_mechanism(rng)
         for pose in mechanism.poses(0.5):
             trace = mechanism.trace(0.5, pose, through=True, steps=4)
@@ -106,14 +106,14 @@ def test_turning_points_are_exact():
                 assert abs(event.pose.singularity) < 1e-9
                 assert event.pose.residual < 1e-9 * mechanism.size
                 checked += 1
-    assert checked > 50
+    assert checked > 12
 
 
 @pytest.mark.slow
-def test_every_branch_of_20_mechanisms():
+def test_every_branch_of_some_mechanisms():
     rng = np.random.default_rng(200)
     branches = turning_points = fully = 0
-    for _ in range(20):
+    for _ in range(many(8)):
         mechanism = random_mechanism(rng)
         overview = mechanism.overview(120)
         spacing = 2.0 * math.pi / 120
@@ -136,9 +136,9 @@ def test_every_branch_of_20_mechanisms():
         assert visits.tolist() == overview.counts.tolist()
         # Positions appear and vanish in pairs, at turning points only.
         assert change.tolist() == (np.roll(overview.counts, -1) - overview.counts).tolist()
-    assert branches > 20
-    assert turning_points > 40
-    assert fully > 2
+    assert branches > 8
+    assert turning_points > 16
+    assert fully > 0
 
 
 def side_of_fold(mechanism, event):
@@ -153,7 +153,7 @@ def side_of_fold(mechanism, event):
 @pytest.mark.slow
 def test_step_widths_change_nothing():
     rng = np.random.default_rng(33)
-    for _ in range(8):
+    for _ in range(many(3)):
         mechanism = random_mechanism(rng)
         for pose in mechanism.poses(1.0):
             fine = mechanism.trace(1.0, pose, steps=96, through=True)
@@ -290,7 +290,7 @@ def test_from_a_turning_point_one_and_the_same_side_is_followed():
     mechanism = example_2()
     for event in mechanism.overview(36).branches[0].turning_points:
         seen = set()
-        for crank_angle in nudged(rng, [event.crank_angle] * many(6)).tolist():
+        for crank_angle in nudged(rng, [event.crank_angle] * many(3)).tolist():
             poses = mechanism.poses(crank_angle)
             pose = min(poses, key=lambda p: turn_difference(p.angle, event.pose.angle))
             for through in (False, True):
@@ -305,11 +305,11 @@ def test_a_branch_closes_after_one_turn_wherever_it_starts():
     mechanism = example_2()
     traces = [
         mechanism.trace(start, pose, steps=4)
-        for start in np.random.default_rng(41).uniform(0.0, 3.0, 30).tolist()
+        for start in np.random.default_rng(41).uniform(0.0, 3.0, many(10)).tolist()
         for pose in mechanism.poses(start)
     ]
     whole = [trace for trace in traces if len(trace.angle) == 5]
-    assert len(whole) == 30
+    assert len(whole) == many(10)
     assert all(trace.closed and trace.turns_fully for trace in whole)
 
 
@@ -326,7 +326,7 @@ def test_bifurcations_are_reported_and_passed():
     rng = np.random.default_rng(34)
     passed = 0
     reach = 3e-4
-    for _ in range(60):
+    for _ in range(many(30)):
         mechanism, crank_angle, place = bifurcating_mechanism(rng)
         near = [
             pose
@@ -364,7 +364,7 @@ def test_bifurcations_are_reported_and_passed():
             (a, a_on), (b, b_on) = slopes
             # Each branch goes on in its own direction, not in that of the other one.
             assert abs(a_on - a) + abs(b_on - b) < abs(a_on - b) + abs(b_on - a)
-    assert passed > 15
+    assert passed > 7
 
 
 def event_angle(trace):

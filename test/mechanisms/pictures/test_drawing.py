@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from soak import many
 from strategies import nudged
 
 from tri_glide_kinematics.mechanisms.pictures import (
@@ -32,7 +33,7 @@ def test_names_stand_where_they_stood():
     # Links lead from the pins to both sides, straight on.
     points = np.array([[0.0, 0.0], [0.02, 0.0], [0.04, 0.0], [0.06, 0.0], [0.03, 0.0]])
     places = set()
-    for _ in range(50):
+    for _ in range(many(15)):
         axes = Figure().add_subplot()
         DrawnMechanism(axes, FOUR_BAR, nudged(rng, points), LengthUnit("m", 1.0), named=True)
         places.add(tuple((*np.round(text.xyann, 6), text.get_va()) for text in axes.texts))
@@ -42,7 +43,7 @@ def test_names_stand_where_they_stood():
 def test_ticks_of_a_round_range_are_where_they_were():
     rng = np.random.default_rng(2)
     found = set()
-    for high in nudged(rng, [270.0] * 50).tolist():
+    for high in nudged(rng, [270.0] * many(15)).tolist():
         axes = Figure().add_subplot()
         angle_axis(axes, "x", 0.0, high)
         found.add(tuple(np.round(axes.get_xticks(), 6)))

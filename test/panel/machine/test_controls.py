@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import random
 
+import pytest
+
 from tri_glide_kinematics.panel.machine.operator_requests import Controls
 
 
@@ -34,18 +36,14 @@ def test_they_are_free_after_the_end_of_the_page_that_had_them() -> None:
     assert pages.holder == 1
 
 
-def test_a_page_that_comes_later_does_not_find_itself_in_control() -> None:
-    pages = controls(0, 1)
+@pytest.mark.parametrize(("before", "holder"), [((0, 1), None), ((0,), 2)])
+def test_a_page_that_comes_later_finds_itself_in_control_only_if_it_is_alone(
+    before: tuple[int, ...], holder: int | None
+) -> None:
+    pages = controls(*before)
     pages.closed(0)
     pages.opened(2)
-    assert pages.holder is None
-
-
-def test_a_page_that_is_alone_has_them() -> None:
-    pages = controls(0)
-    pages.closed(0)
-    pages.opened(1)
-    assert pages.holder == 1
+    assert pages.holder == holder
 
 
 def test_whoever_asked_and_vanished_gets_nothing() -> None:

@@ -39,26 +39,20 @@ def test_steps_add_up_while_the_machine_moves(steps: Steps) -> None:
     assert second(steps, now=13.0) == pytest.approx(0.28)
 
 
-def test_they_add_up_before_the_first_one_is_seen(steps: Steps) -> None:
-    assert second(steps, IDLE, now=10.0 + 0.9 * STEP_PATIENCE) == pytest.approx(0.27)
+@pytest.mark.parametrize(("patience", "height"), [(0.9, 0.27), (1.1, 0.263)])
+def test_one_that_is_not_seen_yet_counts_for_some_time(
+    steps: Steps, patience: float, height: float
+) -> None:
+    assert second(steps, IDLE, now=10.0 + patience * STEP_PATIENCE) == pytest.approx(height)
 
 
-def test_what_is_on_its_way_for_too_long_counts_no_more(steps: Steps) -> None:
-    assert second(steps, IDLE, now=10.0 + 1.1 * STEP_PATIENCE) == pytest.approx(0.263)
-
-
-@pytest.mark.parametrize(
-    "state", [None, *(state for state in OperatingState if state not in (IDLE, MOVING))]
-)
-def test_another_state_in_between_drops_it(steps: Steps, state: OperatingState | None) -> None:
+@pytest.mark.parametrize("state", [None, *OperatingState])
+def test_a_state_in_between_drops_it_but_for_its_own_motion_and_its_end(
+    steps: Steps, state: OperatingState | None
+) -> None:
     steps.look(state)
-    assert second(steps, now=10.1) == pytest.approx(0.263)
-
-
-@pytest.mark.parametrize("state", OWN)
-def test_its_own_motion_and_its_end_do_not_drop_it(steps: Steps, state: OperatingState) -> None:
-    steps.look(state)
-    assert second(steps) == pytest.approx(0.27)
+    now, height = (12.0, 0.27) if state in OWN else (10.1, 0.263)
+    assert second(steps, now=now) == pytest.approx(height)
 
 
 def test_a_goal_that_has_ended_drops_it(steps: Steps) -> None:
