@@ -5,14 +5,11 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-import pytest
-
 from tri_glide_kinematics.ros.starting import executable
 
 TIMEOUT = 280.0  # s, for what takes 40 s on a computer that does nothing else
 
 
-@pytest.mark.alone
 def test_a_shaper_calms_each_motion(ros_domain: int, tmp_path: Path) -> None:
     demo = subprocess.run(
         [str(executable("calm_demo")), "--output", str(tmp_path)],

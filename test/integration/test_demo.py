@@ -35,7 +35,6 @@ def namespace_of(demo: subprocess.Popen) -> str:
     return f"/tri_glide_demo_{demo.pid}"
 
 
-@pytest.mark.alone
 def test_it_reaches_every_target_and_draws_them(demo: subprocess.Popen, tmp_path: Path) -> None:
     output, _ = demo.communicate(timeout=TIMEOUT)
     assert demo.returncode == 0, output

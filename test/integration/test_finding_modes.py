@@ -229,5 +229,5 @@ def assert_nothing_moves_on(machine):
     machine.wait_for_state("idle")
     machine.catch_up()
     first = len(machine.commands)
-    machine.client.wait_for(lambda: len(machine.commands) > first + 300, "setpoints")
+    machine.client.wait_for(lambda: len(machine.commands) > first + 100, "setpoints")
     assert len({machine.heights(message) for message in machine.commands[first:]}) == 1

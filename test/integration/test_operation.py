@@ -207,7 +207,7 @@ class TestSlowMachine:
         client.stop()
         machine.wait_for_state("idle")
         first, count = len(machine.commands), len(machine.states)
-        client.wait_for(lambda: len(machine.commands) > first + 200, "commands at rest")
+        client.wait_for(lambda: len(machine.commands) > first + 50, "commands at rest")
         assert machine.states_since(count) == []
         assert "jogging was stopped: it needs a twist of zero" in machine.ik.output
         stick.cancel()
@@ -215,7 +215,7 @@ class TestSlowMachine:
 
         def released():
             client.send_twist((0.0, 0.0, 0.0))
-            return len(machine.commands) > first + 50
+            return len(machine.commands) > first + 25
 
         client.wait_for(released, "commands at rest")
         stick.reset()

@@ -74,14 +74,14 @@ def test_a_stream_of_twists_stops_and_resumes(running_machine):
 
         def jogging(first=first):
             client.send_twist((0.03, 0.0, 0.0))
-            return machine.state == "jogging" and len(machine.commands) > first + 100
+            return machine.state == "jogging" and len(machine.commands) > first + 50
 
         client.wait_for(jogging, "jogging")
         machine.wait_for_state("idle")
         machine.catch_up()
         resting = machine.heights()
         first = len(machine.commands)
-        client.wait_for(lambda first=first: len(machine.commands) > first + 100, "commands at rest")
+        client.wait_for(lambda first=first: len(machine.commands) > first + 50, "commands at rest")
         # What was sent before the pause is not executed after it.
         assert machine.heights() == resting
     assert_stretches_within_limits(machine)

@@ -217,11 +217,11 @@ def test_a_stop_ends_tracking_until_the_stream_has_paused(running_machine):
     assert "tracking was stopped: it needs a pause" in machine.ik.output
     count = len(machine.states)
     first = len(machine.commands)
-    client.wait_for(lambda: len(machine.commands) > first + 200, "setpoints")
+    client.wait_for(lambda: len(machine.commands) > first + 50, "setpoints")
     assert machine.states_since(count) == []
     timer.cancel()
     first = len(machine.commands)
-    client.wait_for(lambda: len(machine.commands) > first + 400, "setpoints")
+    client.wait_for(lambda: len(machine.commands) > first + 100, "setpoints")
     timer.reset()
     machine.wait_for_state("tracking")
     timer.cancel()
