@@ -31,21 +31,24 @@ _COUNTER = itertools.count()
 HERE = Path(__file__).parent
 # Heights of the sliders by default of simulator_node [m].
 START = (0.6, 0.6, 0.6)
-# Files that take more than half a minute.
+# Files that take more than twenty seconds.
 LONG = (
+    "test_demo",
     "test_panel",
-    "test_finding_modes",
-    "test_drive",
-    "test_executables",
     "test_panel_texts",
+    "test_drive",
     "test_tutorials",
-    "test_calibration_node",
-    "test_actions",
+    "test_executables",
+    "test_operation",
+    "test_robustness",
     "test_process_faults",
-    "test_calibration_demo",
+    "test_examples",
+    "test_forces",
+    "test_calibration_node",
+    "test_streams",
     "test_random_texts",
-    "test_panel_command",
-    "test_actions_paths",
+    "test_finding_modes",
+    "test_page_admission",
 )
 
 
@@ -131,7 +134,7 @@ def panel(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Ite
     """Start one machine with its panel for all tests of a file: a browser starts slowly here."""
     with shared_nodes(ros_context, tmp_path_factory, "panel") as (client, launcher):
         # More setpoints would only take the processor from the pages.
-        yield Panel(client, launcher, tmp_path_factory.mktemp("files"), rate=100.0)
+        yield Panel(client, launcher, tmp_path_factory.mktemp("files"), rate=50.0)
 
 
 @pytest.fixture(scope="module")

@@ -51,32 +51,24 @@ def set_off(machine, client):
     return len(machine.states), len(machine.commands)
 
 
-def prepared_client(server):
+def started_client(server):
     """Start a client that waits for a word before it joins the domain."""
-    process = subprocess.Popen(
-        [
-            sys.executable,
-            fresh_client.__file__,
-            server,
-            str(SUBSCRIPTIONS),
-            "get_parameters",
-            "stop",
-        ],
+    arguments = [server, str(SUBSCRIPTIONS), *CALLED]
+    return subprocess.Popen(
+        [sys.executable, fresh_client.__file__, *arguments],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
     )
-    assert process.stdout is not None
-    assert process.stdout.readline() == "ready\n"
-    return process
 
 
 def test_clients_that_call_as_soon_as_they_can(machine, client):
+    processes = [started_client(f"{client.namespace}/ik_node") for _ in range(CLIENTS)]
     machine.start(SLOW)
+    assert [process.stdout.readline() for process in processes] == ["ready\n"] * CLIENTS
     allowed = gap_alone(machine, client) + MORE_THAN_ALONE
     gaps = []
-    for _ in range(CLIENTS):
-        process = prepared_client(f"{client.namespace}/ik_node")
+    for process in processes:
         with process:
             states, first = set_off(machine, client)
             print("go", file=process.stdin, flush=True)

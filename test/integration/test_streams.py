@@ -14,7 +14,6 @@ from testing.client import Client
 from testing.commands import KINEMATICS, LIMITS, PERIOD, assert_within_limits, check, stream_of
 from testing.driven_programs import WORKSPACE
 from tri_glide_kinematics.control import Cause
-from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.motion import plan_move
 
 INTERVAL = 0.01  # s between two commands
@@ -205,26 +204,6 @@ def test_a_target_that_leaves_the_workspace_is_waited_for(running_machine):
     timer.cancel()
     machine.wait_for_state("idle")
     assert_within_limits(machine)
-
-
-def test_a_stop_ends_tracking_until_the_stream_has_paused(running_machine):
-    machine, client = running_machine, running_machine.client
-    timer = client.node.create_timer(INTERVAL, lambda: client.send_state((0.05, 0.0, HEIGHT)))
-    machine.wait_for_state("tracking")
-    assert "was tracking" in client.stop().message
-    machine.wait_for_state("idle")
-    machine.wait_for_refusal(Refusal.NOT_RELEASED)
-    assert "tracking was stopped: it needs a pause" in machine.ik.output
-    count = len(machine.states)
-    first = len(machine.commands)
-    client.wait_for(lambda: len(machine.commands) > first + 50, "setpoints")
-    assert machine.states_since(count) == []
-    timer.cancel()
-    first = len(machine.commands)
-    client.wait_for(lambda: len(machine.commands) > first + 100, "setpoints")
-    timer.reset()
-    machine.wait_for_state("tracking")
-    timer.cancel()
 
 
 def test_two_senders_are_told_of(running_machine, ros_context):

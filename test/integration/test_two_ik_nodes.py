@@ -88,11 +88,3 @@ def test_a_publisher_that_is_no_ik_node(running_machine):
     machine.wait_for_refusal(Refusal.OTHER_PUBLISHER, lambda: client.enable())
     client.node.destroy_publisher(publisher)
     client.wait_for(lambda: client.enable().success, "the machine to be enabled")
-
-
-def test_other_outputs_count_when_they_are_in_use(machine, client, nodes):
-    output = "joint_trajectory"
-    machine.start({"command_outputs": ["joint_state", output]})
-    other = Other(client, nodes, {"command_outputs": [output]})
-    machine.wait_for_state("fault")
-    assert publishes(other.name, client, output) in machine.reason
