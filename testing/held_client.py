@@ -25,6 +25,7 @@ READY, CEASED = "somebody listens", "ceased"
 PATHS = {kind: ("target_path", Path) for kind in ("path", "tour")}
 ROUNDS = 2  # of a tour between the two places
 PERIOD = 0.02  # s
+NAP = 60.0  # s, at most, until something is asked for
 # What is sent again and again; a place or a path is sent once.
 RENEWED = ("twist", "state")
 SEND, CEASE = signal.SIGUSR1, signal.SIGUSR2
@@ -51,11 +52,8 @@ def main() -> None:
     print(READY, flush=True)
     held = None
     while True:
-        if held is None:
-            asked = signal.sigwait({SEND, CEASE})
-        else:
-            told = signal.sigtimedwait({SEND, CEASE}, PERIOD)
-            asked = told.si_signo if told else None
+        told = signal.sigtimedwait({SEND, CEASE}, NAP if held is None else PERIOD)
+        asked = told and told.si_signo
         if asked == SEND:
             held = next(messages)
         elif asked == CEASE:

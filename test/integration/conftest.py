@@ -31,7 +31,7 @@ _COUNTER = itertools.count()
 HERE = Path(__file__).parent
 # Heights of the sliders by default of simulator_node [m].
 START = (0.6, 0.6, 0.6)
-# Files that take more than twenty seconds.
+# Files that take more than half a minute.
 LONG = (
     "test_demo",
     "test_panel",
@@ -42,13 +42,6 @@ LONG = (
     "test_operation",
     "test_robustness",
     "test_process_faults",
-    "test_examples",
-    "test_forces",
-    "test_calibration_node",
-    "test_streams",
-    "test_random_texts",
-    "test_finding_modes",
-    "test_page_admission",
 )
 
 

@@ -41,7 +41,7 @@ def longest_gap(client, messages, first=0, rank=1):
 def gap_alone(machine, client):
     """Return the longest gap between commands while nobody calls anything."""
     first = len(machine.commands)
-    client.wait_for(lambda: len(machine.commands) > first + 500, "commands")
+    client.wait_for(lambda: len(machine.commands) > first + 300, "commands")
     return longest_gap(client, machine.commands, first)
 
 

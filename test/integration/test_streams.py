@@ -73,7 +73,7 @@ def late_part(machine, client, rate, send=None):
     return float(np.mean(1e-9 * np.diff(times) > LATE / rate))
 
 
-@pytest.fixture(scope="class")
+@pytest.fixture(scope="module")
 def shared(ros_domain, ros_context, tmp_path_factory):
     rate = rate_of_this_computer()
     parameters = {"motion": "slider", "rate": rate}
@@ -81,30 +81,27 @@ def shared(ros_domain, ros_context, tmp_path_factory):
         yield machine, rate
 
 
-class TestStreams:
-    """All to the same machine."""
-
-    @pytest.mark.alone
-    @pytest.mark.parametrize(
-        ("send", "state"),
-        [(turning, "jogging"), (circling_pose, "moving"), (circling_state, "tracking")],
-    )
-    def test_a_stream_of_commands_does_not_make_setpoints_late(self, shared, send, state):
-        machine, rate = shared
-        client = machine.client
-        machine.forget()
-        idle = [late_part(machine, client, rate)]
-        busy = []
-        # A busy computer is busy with both; the best round of each shows what the node can do.
-        for _ in range(ROUNDS):
-            busy.append(late_part(machine, client, rate, send))
-            machine.wait_for_state("idle")
-            idle.append(late_part(machine, client, rate))
-            if min(busy) <= min(idle) + MORE_LATE:
-                break
-        assert state in machine.states_since(0)
-        assert min(busy) <= min(idle) + MORE_LATE, (rate, busy, idle)
-        check(stream_of(machine, period=1.0 / rate), LIMITS)
+@pytest.mark.alone
+@pytest.mark.parametrize(
+    ("send", "state"),
+    [(turning, "jogging"), (circling_pose, "moving"), (circling_state, "tracking")],
+)
+def test_a_stream_of_commands_does_not_make_setpoints_late(shared, send, state):
+    machine, rate = shared
+    client = machine.client
+    machine.forget()
+    idle = [late_part(machine, client, rate)]
+    busy = []
+    # A busy computer is busy with both; the best round of each shows what the node can do.
+    for _ in range(ROUNDS):
+        busy.append(late_part(machine, client, rate, send))
+        machine.wait_for_state("idle")
+        idle.append(late_part(machine, client, rate))
+        if min(busy) <= min(idle) + MORE_LATE:
+            break
+    assert state in machine.states_since(0)
+    assert min(busy) <= min(idle) + MORE_LATE, (rate, busy, idle)
+    check(stream_of(machine, period=1.0 / rate), LIMITS)
 
 
 def test_a_target_that_moves_in_a_straight_line_is_caught_up_with_and_followed(running_machine):
