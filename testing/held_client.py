@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import signal
 import sys
+import time
 from collections.abc import Sequence
 from itertools import cycle
 from typing import Any
@@ -24,19 +25,20 @@ READY, CEASED = "somebody listens", "ceased"
 PATHS = {kind: ("target_path", Path) for kind in ("path", "tour")}
 ROUNDS = 2  # of a tour between the two places
 PERIOD = 0.02  # s
+NAP = 60.0  # s, at most, until something is asked for
 # What is sent again and again; a place or a path is sent once.
 RENEWED = ("twist", "state")
+SEND, CEASE = signal.SIGUSR1, signal.SIGUSR2
 
 
 def main() -> None:
     """Publish whatever is asked for."""
-    asked: list[int] = []
-    for number in (signal.SIGUSR1, signal.SIGUSR2):
-        signal.signal(number, lambda number, _: asked.append(number))
+    # Before the threads of the middleware are there: what is asked for waits until it is looked at.
+    signal.pthread_sigmask(signal.SIG_BLOCK, {SEND, CEASE})
     signal.signal(signal.SIGINT, lambda *_: sys.exit(0))
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     kind, *numbers = sys.argv[1], *map(float, sys.argv[2:8])
-    node = rclpy.create_node("held_client")
+    node = rclpy.create_node("held_client", start_parameter_services=False)
     topic, message_type = {**KINDS, **PATHS}[kind]
     publisher = node.create_publisher(message_type, topic, 10)
     places = Point(**dict(zip("xyz", numbers))), Point(**dict(zip("xyz", numbers[3:])))
@@ -46,15 +48,17 @@ def main() -> None:
         for place, other in (places, places[::-1])
     )
     while not publisher.get_subscription_count():
-        rclpy.spin_once(node, timeout_sec=PERIOD)
+        time.sleep(PERIOD)
     print(READY, flush=True)
     held = None
-    while rclpy.ok():
-        rclpy.spin_once(node, timeout_sec=PERIOD)
-        if asked:
-            held = next(messages) if asked.pop(0) == signal.SIGUSR1 else None
-            if held is None:
-                print(CEASED, flush=True)
+    while True:
+        told = signal.sigtimedwait({SEND, CEASE}, NAP if held is None else PERIOD)
+        asked = told and told.si_signo
+        if asked == SEND:
+            held = next(messages)
+        elif asked == CEASE:
+            held = None
+            print(CEASED, flush=True)
         if held is not None:
             held.header.stamp = node.get_clock().now().to_msg()
             publisher.publish(held)

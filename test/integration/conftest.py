@@ -33,19 +33,15 @@ HERE = Path(__file__).parent
 START = (0.6, 0.6, 0.6)
 # Files that take more than half a minute.
 LONG = (
+    "test_demo",
     "test_panel",
-    "test_finding_modes",
-    "test_drive",
-    "test_executables",
     "test_panel_texts",
+    "test_drive",
     "test_tutorials",
-    "test_calibration_node",
-    "test_actions",
+    "test_executables",
+    "test_operation",
+    "test_robustness",
     "test_process_faults",
-    "test_calibration_demo",
-    "test_random_texts",
-    "test_panel_command",
-    "test_actions_paths",
 )
 
 
@@ -131,7 +127,7 @@ def panel(ros_context: Context, tmp_path_factory: pytest.TempPathFactory) -> Ite
     """Start one machine with its panel for all tests of a file: a browser starts slowly here."""
     with shared_nodes(ros_context, tmp_path_factory, "panel") as (client, launcher):
         # More setpoints would only take the processor from the pages.
-        yield Panel(client, launcher, tmp_path_factory.mktemp("files"), rate=100.0)
+        yield Panel(client, launcher, tmp_path_factory.mktemp("files"), rate=50.0)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from testing.byte_fuzzing import Fuzzer
 from testing.scenarios import assert_normal_target_is_reached
 
 # ``make soak`` has more.
-COUNT = 10_000
+COUNT = 6_000
 MOST_LINES = 500  # in the log of a node: some of each kind in a second
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import signal
 
 import pytest
-from geometry_msgs.msg import Point, PoseStamped, TwistStamped
+from geometry_msgs.msg import Point, PoseStamped
 from shared_machine import shared_nodes
 from std_srvs.srv import Trigger
 
@@ -28,17 +28,16 @@ from tri_glide_interfaces.srv import (
 )
 from tri_glide_kinematics.calibration.fit import load_measurements
 from tri_glide_kinematics.calibration.session import BACK_TOLERANCE
-from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 STOPPING = MachineState.STOPPING
 PLATE = 0.2
 ABOVE = (0.03, -0.02, PLATE + 0.003)
-# At 2 mm/s the platform moves by 4 µm from one measurement to the next.
-EXACT = 1e-5
+# At 2 mm/s the platform moves by 8 µm from one measurement to the next.
+EXACT = 2e-5
 # A touch is as exact as that where heights are measured so often [1/s].
-RATE = 500.0
+RATE = 250.0
 
 
 class Calibration:
@@ -141,24 +140,6 @@ class TestOneMachine:
         check(stream_of(machine, first, 1.0 / RATE), LIMITS)
         assert calibration.lines[0].startswith("1: touch of plate 'bed' ±10 µm at heights")
 
-    def test_a_probe_does_not_go_on_after_its_node_was_held_up(self, started):
-        calibration, machine, client = started, started.machine, started.client
-        machine.move(ABOVE)
-        twists = client.record(TwistStamped, "target_twist")
-        asked = calibration.ask(ProbePlate, "probe")
-        machine.wait_for_state("jogging")
-        calibration.node.process.send_signal(signal.SIGSTOP)
-        client.wait_for(lambda: machine.cause is Cause.TWISTS_SILENT, "a stop")
-        machine.wait_for_state("idle")
-        before = len(twists)
-        calibration.node.process.send_signal(signal.SIGCONT)
-        client.wait_for(asked.done, "the end of the probe")
-        assert not asked.result().success
-        assert "this node was held up for" in asked.result().message
-        # A twist that was being sent as the node was held up may come now: the machine stops again.
-        machine.wait_for_state("idle")
-        assert len(twists) <= before + 1
-
     def test_requests_without_a_meaning_get_a_reason(self, started):
         calibration = started
         nan = float("nan")
@@ -178,22 +159,9 @@ class TestOneMachine:
             answer = calibration.call(kind, service, **fields)
             assert not answer.success
             assert words in answer.message, answer.message
-        assert calibration.lines == []
-        assert "internal error" not in calibration.node.output
-
-    def test_a_stop_ends_a_probe(self, started):
-        calibration, machine = started, started.machine
-        machine.move((*ABOVE[:2], PLATE + 0.009))
-        asked = calibration.ask(ProbePlate, "probe")
-        machine.wait_for_state("jogging")
-        refused = calibration.call(RecordTouch, "record_touch")
-        assert (refused.success, refused.message) == (False, "a probe is under way")
-        assert calibration.call(Trigger, "stop").message == "the platform comes to rest"
-        calibration.client.wait_for(asked.done, "the end of the probe")
-        assert (asked.result().success, asked.result().message) == (False, "stop was asked for")
-        machine.wait_for_state("idle")
         assert calibration.call(Trigger, "stop").message == "nothing is under way"
         assert calibration.lines == []
+        assert "internal error" not in calibration.node.output
 
     def test_measurements_are_noted_listed_dropped_and_saved(self, started):
         calibration, machine, folder = started, started.machine, started.folder

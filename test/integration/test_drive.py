@@ -257,7 +257,7 @@ def test_enter_lets_the_program_go_on(running_machine, drive):
 
 
 # A long line, and short ones behind it; outputs change on the path.
-LASTING = "M3 S500\nG0 X0 Y0 Z40\nG1 X40 F6000\nM62 P1\nX0 F1200\nM63 P1\nX40 F6000\nM2\n"
+LASTING = "M3 S500\nG0 X0 Y0 Z40\nG1 X40 F6000\nM62 P1\nX0 F1800\nM63 P1\nX40 F6000\nM2\n"
 
 
 def told(outputs):

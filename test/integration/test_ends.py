@@ -13,7 +13,7 @@ pytestmark = pytest.mark.alone
 
 # Of each way:
 COUNT = 8  # by shared memory, about one end of four holds the cycle for 0.2 s and longer
-TIME_ALONE = 4.0  # s
+TIME_ALONE = 3.0  # s
 ALLOWED = 0.15  # s more than alone: other programs may keep this computer busy
 
 

@@ -6,7 +6,6 @@ import math
 import random
 import re
 import shlex
-import signal
 from pathlib import Path
 
 import numpy as np
@@ -214,15 +213,6 @@ def test_random_contents_never_end_the_node(services):
             outcomes.add((name, response.success))
         services.assert_alive(name)
     assert {name for name, success in outcomes if not success} == set(SERVICES)
-
-
-def test_a_signal_ends_the_node_in_silence(services):
-    services.assert_alive("solve_four_bar")
-    assert services.node.signal(signal.SIGINT) == 0
-    # What it said at its start, and nothing since.
-    start, transport = services.node.output.splitlines()
-    assert start.endswith("mechanism_node starts with no parameters")
-    assert "TRI_GLIDE_TRANSPORT=computer" in transport
 
 
 def documented_samples():

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-import signal
 
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from sensor_msgs.msg import JointState
 from shared_machine import shared_machine
 
 from testing.client import LATCHED, values_of
 from testing.commands import KINEMATICS, assert_within_limits, stream_of
-from testing.machine import JOINTS, PATIENCE
 from testing.scenarios import HEALTHY
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control import Cause
@@ -83,12 +80,6 @@ FAULTS = {
         Cause.TRACKING_ERROR,
         "slider_1 is measured at",
     ),
-    "frozen": (
-        {"frozen_encoders": [False, False, True]},
-        Cause.TRACKING_ERROR,
-        "slider_3 is measured at",
-    ),
-    "lag": ({"lag": 2.0}, Cause.TRACKING_ERROR, "is measured at"),
 }
 
 
@@ -151,43 +142,6 @@ class TestSlowMachine:
         assert max(map(abs, machine.commands_since(now)[0].velocity)) < 0.01
         assert_within_limits(machine, len(machine.commands) - len(machine.commands_since(now)))
 
-    def test_not_finite_measurement_is_a_fault(self, slow_machine):
-        machine, client = slow_machine, slow_machine.client
-        publisher = client.publisher(JointState, "joint_states")
-        client.wait_for(lambda: publisher.get_subscription_count() >= 1, "ik_node")
-        machine.get_going(FAR, 0.04)
-        message = JointState(name=JOINTS, position=[0.6, math.nan, 0.6])
-
-        def faulty():
-            publisher.publish(message)
-            return machine.state == "fault"
-
-        client.wait_for(faulty, "the fault")
-        assert machine.cause is Cause.MEASUREMENT_NOT_FINITE
-        assert "measured height of slider_2 is nan" in machine.reason
-        ramped_down(machine)
-        client.wait_for(lambda: client.enable().success, "the fault to be cleared")
-        reach_a_target(machine)
-
-    def test_a_frozen_simulator_process_is_a_fault_by_the_bounds_that_are_shipped(
-        self, slow_machine
-    ):
-        machine, client = slow_machine, slow_machine.client
-        assert client.set_parameters("ik_node", {"measured_timeout": 0.2}).successful
-        machine.get_going(FAR, 0.04)
-        machine.simulator.process.send_signal(signal.SIGSTOP)
-        machine.wait_for_state("fault")
-        assert machine.cause is Cause.MEASUREMENTS_SILENT
-        ramped_down(machine)
-        machine.simulator.process.send_signal(signal.SIGCONT)
-        # It first catches up with the commands that it missed.
-        machine.wait_for_measured_rest()
-        machine.wait_until_measurements_are_read()
-        client.wait_for(lambda: client.enable().success, "the fault to be cleared")
-        machine.wait_for_state("idle")
-        reach_a_target(machine)
-        assert client.set_parameters("ik_node", PATIENCE | SLOW).successful
-
     def test_stop_is_a_ramp_and_holds_against_a_stream_of_twists(self, slow_machine):
         machine, client = slow_machine, slow_machine.client
         assert client.set_parameters("ik_node", {"twist_timeout": 1.0}).successful
@@ -207,7 +161,7 @@ class TestSlowMachine:
         client.stop()
         machine.wait_for_state("idle")
         first, count = len(machine.commands), len(machine.states)
-        client.wait_for(lambda: len(machine.commands) > first + 200, "commands at rest")
+        client.wait_for(lambda: len(machine.commands) > first + 50, "commands at rest")
         assert machine.states_since(count) == []
         assert "jogging was stopped: it needs a twist of zero" in machine.ik.output
         stick.cancel()
@@ -215,7 +169,7 @@ class TestSlowMachine:
 
         def released():
             client.send_twist((0.0, 0.0, 0.0))
-            return len(machine.commands) > first + 50
+            return len(machine.commands) > first + 25
 
         client.wait_for(released, "commands at rest")
         stick.reset()
@@ -254,7 +208,7 @@ def test_state_is_latched_for_those_who_come_later(running_machine):
 def test_diagnostics_tell_of_loop_and_refusals(running_machine):
     client = running_machine.client
     diagnostics = client.record(DiagnosticArray, "/diagnostics")
-    client.wait_for(lambda: len(diagnostics) > 3, "diagnostics")
+    client.wait_for(lambda: len(diagnostics) > 1, "diagnostics")
     client.send_pose((0.5, 0.0, 0.25))
 
     def refusal():

@@ -9,7 +9,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from threading import Thread
 from urllib.parse import parse_qs, urlsplit
 
@@ -203,19 +202,6 @@ def test_a_page_for_other_computers_asks_for_the_token_and_says_that_it_is_not_e
     # The log goes to files and over the network.
     assert node.output.count(parts.query) == 1
     assert [line for line in node.output.splitlines() if line == f"the page: {address}"]
-
-
-def test_without_a_token_that_is_kept_there_is_no_page(
-    client: Client, nodes: Launcher, tmp_path: Path
-) -> None:
-    file = tmp_path / "token"
-    file.write_text("x" * 43)
-    file.chmod(0o644)
-    node = nodes.start("panel_node", arguments=("-p", "port:=0", "-p", f"token_file:={file}"))
-    client.wait_for(lambda: not node.is_running, "the end")
-    assert node.process.returncode == 1
-    assert "others may read it (mode 0644; needed: 0600)" in node.output
-    nodes.started.remove(node)
 
 
 @contextmanager

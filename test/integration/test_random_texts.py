@@ -37,22 +37,16 @@ def is_random(machine):
 class TestProbe:
     started = probing.TestOneMachine.started
     test_plate = probing.TestOneMachine.test_a_probe_finds_the_plate_and_comes_back
-    test_held_up = probing.TestOneMachine.test_a_probe_does_not_go_on_after_its_node_was_held_up
 
     def test_the_texts_were_random(self, started):
         assert is_random(started.machine)
 
 
 class TestDrive:
-    @pytest.fixture
-    def running_machine(self, machine):
-        """Return a machine whose texts are random, instead of the one that others share."""
-        return machine.start()
-
     @pytest.fixture(autouse=True)
-    def randomly(self, machine):
+    def randomly(self, running_machine):
         yield
-        assert is_random(machine)
+        assert is_random(running_machine)
 
     test_interrupted = staticmethod(driving.test_ctrl_c_lets_the_platform_rest_on_its_path)
 

@@ -19,7 +19,7 @@ from testing.scenarios import (
 from tri_glide_kinematics.control import Cause
 
 FAR = (0.08, 0.03, 0.35)
-FLOOD = 20_000  # targets
+FLOOD = 10_000  # targets
 
 
 def test_each_node_is_killed_and_started_again_in_motion(machine, client, nodes):
@@ -67,26 +67,6 @@ def test_each_node_is_killed_and_started_again_in_motion(machine, client, nodes)
     assert_stretches_within_limits(machine)
 
 
-def test_a_stream_of_twists_stops_and_resumes(running_machine):
-    machine, client = running_machine, running_machine.client
-    for _ in range(3):
-        first = len(machine.commands)
-
-        def jogging(first=first):
-            client.send_twist((0.03, 0.0, 0.0))
-            return machine.state == "jogging" and len(machine.commands) > first + 100
-
-        client.wait_for(jogging, "jogging")
-        machine.wait_for_state("idle")
-        machine.catch_up()
-        resting = machine.heights()
-        first = len(machine.commands)
-        client.wait_for(lambda first=first: len(machine.commands) > first + 100, "commands at rest")
-        # What was sent before the pause is not executed after it.
-        assert machine.heights() == resting
-    assert_stretches_within_limits(machine)
-
-
 @pytest.mark.parametrize("kind", ["pose", "twist", "state"])
 def test_flood_of_targets(running_machine, kind):
     machine = running_machine
@@ -101,7 +81,7 @@ def test_flood_of_targets(running_machine, kind):
 
 def test_hostile_messages_on_every_input(machine):
     machine.start()
-    hostility(machine, duration=4.0)
+    hostility(machine, duration=3.0)
     assert machine.ik.is_running
     assert machine.simulator.is_running
     assert_normal_target_is_reached(machine)
@@ -110,7 +90,7 @@ def test_hostile_messages_on_every_input(machine):
 
 def test_parameter_storm(running_machine):
     machine, client = running_machine, running_machine.client
-    assert parameter_storm(machine, duration=3.0) > 20
+    assert parameter_storm(machine, duration=2.0) > 20
     assert client.set_parameters("ik_node", NORMAL_VALUES).successful
     assert_normal_target_is_reached(machine)
     assert_stretches_within_limits(machine)

@@ -52,7 +52,7 @@ def frequency_of(values):
     return (len(times) - 1) / (2.0 * PERIOD * (times[-1] - times[0]))
 
 
-def collected(client, messages, count=600):
+def collected(client, messages, count=300):
     """Wait until so many messages have come from now on, and return them."""
     first = len(messages)
     client.wait_for(lambda: len(messages) >= first + count, "messages")
@@ -68,7 +68,7 @@ def test_an_accelerometer_tells_the_frequencies_and_drives_do_not(machine, clien
     assert imu.orientation_covariance[0] == imu.angular_velocity_covariance[0] == -1.0
     assert imu.linear_acceleration_covariance == pytest.approx(np.diag([1e-4] * 3).ravel())
     # At rest it feels gravity, as if it were accelerated upwards.
-    resting = felt(collected(client, imus, 200))
+    resting = felt(collected(client, imus, 100))
     assert resting.mean(axis=0) == pytest.approx((0.0, 0.0, GRAVITY), abs=0.005)
     assert resting.std(axis=0) == pytest.approx((0.01,) * 3, rel=0.3)
 
@@ -103,7 +103,7 @@ def test_where_time_passes_by_the_clock_a_stall_leaves_samples_out_and_the_swing
     machine.simulator.process.send_signal(signal.SIGSTOP)
     client.spin_for(0.1)
     machine.simulator.process.send_signal(signal.SIGCONT)
-    told = imus[first : first + 100] + collected(client, imus, 400)
+    told = imus[first : first + 100] + collected(client, imus, 250)
     times = 1e-9 * np.array([client.time_of(imu) for imu in told])
     assert np.diff(times).max() > 0.05
     found = find_modes(Recording(times, felt(told), Quantity.ACCELERATION))

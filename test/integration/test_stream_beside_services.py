@@ -41,7 +41,7 @@ def longest_gap(client, messages, first=0, rank=1):
 def gap_alone(machine, client):
     """Return the longest gap between commands while nobody calls anything."""
     first = len(machine.commands)
-    client.wait_for(lambda: len(machine.commands) > first + 1000, "commands")
+    client.wait_for(lambda: len(machine.commands) > first + 300, "commands")
     return longest_gap(client, machine.commands, first)
 
 
@@ -51,32 +51,24 @@ def set_off(machine, client):
     return len(machine.states), len(machine.commands)
 
 
-def prepared_client(server):
+def started_client(server):
     """Start a client that waits for a word before it joins the domain."""
-    process = subprocess.Popen(
-        [
-            sys.executable,
-            fresh_client.__file__,
-            server,
-            str(SUBSCRIPTIONS),
-            "get_parameters",
-            "stop",
-        ],
+    arguments = [server, str(SUBSCRIPTIONS), *CALLED]
+    return subprocess.Popen(
+        [sys.executable, fresh_client.__file__, *arguments],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
     )
-    assert process.stdout is not None
-    assert process.stdout.readline() == "ready\n"
-    return process
 
 
 def test_clients_that_call_as_soon_as_they_can(machine, client):
+    processes = [started_client(f"{client.namespace}/ik_node") for _ in range(CLIENTS)]
     machine.start(SLOW)
+    assert [process.stdout.readline() for process in processes] == ["ready\n"] * CLIENTS
     allowed = gap_alone(machine, client) + MORE_THAN_ALONE
     gaps = []
-    for _ in range(CLIENTS):
-        process = prepared_client(f"{client.namespace}/ik_node")
+    for process in processes:
         with process:
             states, first = set_off(machine, client)
             print("go", file=process.stdin, flush=True)
@@ -108,7 +100,7 @@ def test_clients_that_cannot_be_answered(machine, client, nodes, unfit_node):
     for caller in callers:
         caller.call_async(harmless_request(caller.srv_type))
     # Half as long as an answer is kept before it is tried at the price of a gap: 5 s.
-    client.wait_for(lambda: len(machine.commands) > first[0] + 500, "commands")
+    client.wait_for(lambda: len(machine.commands) > first[0] + 250, "commands")
     client.wait_for(lambda: "stopping" in machine.states_since(states), "the stop")
     machine.catch_up()
     # Each of the services would hold its node once; a busy computer does so now and then.

@@ -21,7 +21,6 @@ from tri_glide_kinematics.ros.starting import (
     COMPUTER,
     MIDDLEWARE_VARIABLES,
     VARIABLE,
-    executable,
 )
 
 LISTENER = """
@@ -113,12 +112,3 @@ def test_the_loopback_serves_the_highest_domain(
     with launched(tmp_path, namespace, ForkedNodes) as launcher:
         node = launcher.start("mechanism_node")
         client.wait_for(lambda: f"{VARIABLE}=computer" in node.output, "its transport")
-
-
-def test_an_unknown_transport_is_refused(ros_domain, monkeypatch):
-    monkeypatch.setenv(VARIABLE, "loopback")
-    run = subprocess.run(
-        [executable("ik_node")], capture_output=True, text=True, timeout=TIMEOUT, check=False
-    )
-    assert run.returncode == 1
-    assert run.stderr == f"error: ik_node: {VARIABLE} = 'loopback' must be one of computer, cell\n"
