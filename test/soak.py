@@ -3,11 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from itertools import product
-from typing import Any, TypeVar
-
-
 from collections.abc import Callable, Iterable, Sequence
 from itertools import product
 from typing import Any, TypeVar
