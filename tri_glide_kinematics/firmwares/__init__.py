@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.firmwares.reading import Firmware as Firmware
+    from tri_glide_kinematics.firmwares.reading import FirmwareError as FirmwareError
     from tri_glide_kinematics.firmwares.reading import FirmwareLimits as FirmwareLimits
     from tri_glide_kinematics.firmwares.reading import FirmwareSettings as FirmwareSettings
+    from tri_glide_kinematics.firmwares.reading import Said as Said
     from tri_glide_kinematics.firmwares.reading import (
         load_firmware_settings as load_firmware_settings,
     )
-    from tri_glide_kinematics.firmwares.scanning import Firmware as Firmware
-    from tri_glide_kinematics.firmwares.scanning import FirmwareError as FirmwareError
-    from tri_glide_kinematics.firmwares.scanning import Said as Said
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
