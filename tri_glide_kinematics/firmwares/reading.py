@@ -55,8 +55,9 @@ WORD = re.compile(r'\s*([A-Z])\s*("[^"]*"|\{[^}]*\}|[-+.:\d]*)')
 # A command, also as a host has logged it.
 COMMAND = re.compile(r"(?:.*\b(?:Recv|Send): ?)?(?:echo:)?(\s*)([GM])0*(\d+)(?![\d.])(.*)", re.I)
 COMMANDS = "M665 M666 M201 M203 M204 M208 M669 M851 M98 M501 G20".split()
-SUMS = (ast.Expression, ast.Constant, ast.Name, ast.Load, ast.UnaryOp, ast.BinOp, ast.BoolOp)
-SUMS += (ast.Add, ast.Sub, ast.Mult, ast.USub, ast.UAdd, ast.Not, ast.And, ast.Or)
+SUMS: tuple[type[ast.AST], ...] = (ast.Expression, ast.Constant, ast.Name, ast.Load, ast.UnaryOp)
+SUMS += (ast.BinOp, ast.BoolOp, ast.Add, ast.Sub, ast.Mult, ast.USub, ast.UAdd, ast.Not, ast.And)
+SUMS += (ast.Or,)
 NO_NUMBER = (ValueError, TypeError, ArithmeticError, SyntaxError, RecursionError, MemoryError)
 
 # With a probe, Marlin counts the height after homing from where the probe touches.
