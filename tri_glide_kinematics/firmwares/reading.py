@@ -84,6 +84,11 @@ class Firmware(Enum):
 class FirmwareError(FileError):
     """A file of a firmware cannot be read, or something in it has no meaning here."""
 
+    def __init__(self, file: str | Path, place: str, reason: str) -> None:
+        """Store the ``file``, the ``place`` in it and the ``reason``, in one line."""
+        place, reason = (re.sub(r"[^ -~°-ÿ]", "?", text) for text in (place, reason))
+        super().__init__(file, place, reason)
+
 
 @dataclass(frozen=True)
 class Said:
@@ -277,17 +282,19 @@ class _Sayings:
             raise self.error(" or ".join(names), "is missing")
         return number
 
-    def each(self, name: str, letters: Sequence[str], otherwise: Sequence[float]) -> Vector3:
+    def each(
+        self, name: str, letters: Sequence[str], otherwise: Sequence[float], most: int = 4
+    ) -> Vector3:
         """Return the numbers of three towers: under one name, or each under its own."""
-        values = self.numbers(name)[:3] or otherwise
-        if len(values) < 3:
+        values = self.numbers(name)[:most] or otherwise
+        if len(values) != 3:
             raise self.error(name, f"has {len(values)} numbers, must have three")
         found = [self.one(each) for each in letters]
         return three([value if each is None else each for each, value in zip(found, values)])
 
     def speeds(self, name: str, command: str) -> Vector3 | None:
         """Return limits of three towers in SI; None if one of them is missing."""
-        values = self.each(name, _letters(command), [math.nan] * 3)
+        values = self.each(name, _letters(command), [math.nan] * 3, most=3)
         if min(values) <= 0.0:
             raise self.error(self.use(name, f"{command} X"), "must be greater than 0")
         return None if math.isnan(sum(values)) else three([value / MM for value in values])
@@ -498,7 +505,7 @@ def _marlin(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
         said.needed("M665 H", "DELTA_HEIGHT", "MANUAL_Z_HOME_POS") - said.probe_offset,
         said.each("DELTA_ENDSTOP_ADJ", _letters("M666"), none),
         said.needed("M665 R", "DELTA_RADIUS"),
-        three(said.numbers("DELTA_RADIUS_TRIM_TOWER") or none),
+        said.each("DELTA_RADIUS_TRIM_TOWER", [""] * 3, none),
         said.needed("M665 L", "DELTA_DIAGONAL_ROD"),
         said.each("DELTA_DIAGONAL_ROD_TRIM_TOWER", _letters("M665", "ABC"), none),
         said.each("DELTA_TOWER_ANGLE_TRIM", _letters("M665"), none),
