@@ -67,6 +67,11 @@ PLACES = {
     Firmware.MARLIN: (*ALL_AXES, ("PRINTABLE_RADIUS",)),
     Firmware.REPRAP: (*ALL_AXES, ("M665 B", "M208 Z S1")),
 }
+KINDS: Mapping[Firmware, Any] = {
+    Firmware.KLIPPER: KlipperDelta,
+    Firmware.MARLIN: MarlinDelta,
+    Firmware.REPRAP: RepRapFirmwareDelta,
+}
 REMARKS = {Firmware.KLIPPER: "# ", Firmware.MARLIN: "// ", Firmware.REPRAP: "; "}
 
 
@@ -107,7 +112,7 @@ def parameters_of(settings: FirmwareSettings) -> dict[str, tuple[Any, str]]:
         (
             "jerk_limits",
             [each / JERK_TIME for each in quickest],
-            f"nothing is said: in {JERK_TIME} s",
+            f"nothing is said: reached in {JERK_TIME} s",
         ),
         ("reach_margin", margin, NOTHING),
         ("max_condition_number", DEFAULTS["max_condition_number"], NOTHING),
@@ -212,12 +217,7 @@ def _geometry(
     ends = values["upper_heights"]
     remarks = ["The end stops are where the sliders are at upper_heights."]
     with np.errstate(invalid="ignore"):
-        if firmware is Firmware.KLIPPER:
-            converted: Any = KlipperDelta.of(machine, ends)
-        elif firmware is Firmware.REPRAP:
-            converted = RepRapFirmwareDelta.of(machine, ends)
-        else:
-            converted = MarlinDelta.of(machine, ends)
+        converted = KINDS[firmware].of(machine, ends)
     delta = converted.settings
     if firmware is Firmware.MARLIN:
         offset = origin.probe_offset if origin else 0.0

@@ -52,7 +52,7 @@ DIRECTIVE = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif|define|undef)\b
 ASKED = re.compile(r"\b(ENABLED|DISABLED|EITHER|ANY|BOTH|ALL|NONE|defined)\s*\(([\w\s,]*)\)")
 EXPRESSION = re.compile(r"(?:(?!\*\*)[-+*().\d\seE]|and|or|not)+")
 # A command, also as a host has logged it, and its words.
-COMMAND = re.compile(r"(?:.*\b(?:Recv|Send): ?)?(?:echo:)?(\s*)([GM])0*(\d+)(?![\d.])(.*)", re.I)
+COMMAND = re.compile(r"(?:.*\b(?:Recv|Send): ?)?(?:.*echo:)?(\s*)([GM])0*(\d+)(?![\d.])(.*)", re.I)
 COMMANDS = "M665 M666 M201 M203 M204 M208 M669 M851 M98 M501 G20".split()
 WORD = re.compile(r'\s*([A-Z])\s*("[^"]*"|\{[^}]*\}|[-+.:\d]*)')
 
@@ -224,7 +224,7 @@ def _guessed(file: Path, text: str) -> Firmware:
     found = ["reprap"] if file.suffix == ".g" else found
     if not found:
         reason = "no [printer] of Klipper, #define or M503 of Marlin, M665 of RepRapFirmware in it"
-        raise FirmwareError(file, "", f"whose settings? {reason}; name the firmware with --from")
+        raise FirmwareError(file, "", f"whose settings? {reason}; name it with --from")
     return Firmware(found[0])
 
 
@@ -280,11 +280,14 @@ class _Sayings:
     def each(
         self, name: str, letters: Sequence[str], otherwise: Sequence[float], most: int = 4
     ) -> Vector3:
-        """Return the numbers of three towers: under one name, or each under its own."""
+        """Return the numbers of three towers: under one name, or each under its own.
+
+        Old versions of Marlin have three names, with ``_1`` to ``_3``.
+        """
         values = self.numbers(name)[:most] or otherwise
         if len(values) != 3:
             raise self.error(name, f"has {len(values)} numbers, must have three")
-        found = [self.one(each) for each in letters]
+        found = [self.one(each, f"{name}_{i}") for i, each in enumerate(letters, 1)]
         return three([value if each is None else each for each, value in zip(found, values)])
 
     def speeds(self, name: str, command: str) -> Vector3 | None:
