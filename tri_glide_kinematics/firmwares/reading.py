@@ -86,11 +86,6 @@ class Firmware(Enum):
 class FirmwareError(FileError):
     """A file of a firmware cannot be read, or something in it has no meaning here."""
 
-    def __init__(self, file: str | Path, place: str, reason: str) -> None:
-        """Store the ``file``, the ``place`` in it and the ``reason``, in one line."""
-        place, reason = (re.sub(r"[^ -~°-ÿ]", "?", text) for text in (place, reason))
-        super().__init__(file, place, reason)
-
 
 @dataclass(frozen=True)
 class Said:
@@ -174,7 +169,7 @@ def load_firmware_settings(
             machine is no linear delta, or a setting cannot be held by a machine of vertical
             sliders; it names file, line and value.
     """
-    files = [(Path(each), _text_of(Path(each))) for each in (path, *later)]
+    files = [(Path(each), text_of(Path(each))) for each in (path, *later)]
     return settings_of(firmware or _guessed(*files[0]), files)
 
 
@@ -202,8 +197,12 @@ def settings_of(firmware: Firmware, files: Sequence[tuple[Path, str]]) -> Firmwa
     )
 
 
-def _text_of(file: Path) -> str:
-    """Return a text in UTF-8, in UTF-16 with a mark, or in Latin-1; its lines end in LF."""
+def text_of(file: Path) -> str:
+    """Return a text in UTF-8, in UTF-16 with a mark, or in Latin-1; its lines end in LF.
+
+    Raises:
+        FirmwareError: if it cannot be read, or is no text.
+    """
     try:
         is_small = not file.exists() or (file.is_file() and file.stat().st_size <= MOST_BYTES)
         data = file.read_bytes() if is_small else b"\0"
@@ -215,7 +214,8 @@ def _text_of(file: Path) -> str:
         raise FirmwareError(file, "", f"cannot be read: {reason}") from error
     if "\0" in text:
         raise FirmwareError(file, "", "is no text, or too large for settings")
-    return re.sub("\r\n?", "\n", text)
+    # What is told of it stays in one line.
+    return re.sub(r"[^\n\t -~\xa0-\u1fff]", "?", re.sub("\r\n?", "\n", text))
 
 
 def _guessed(file: Path, text: str) -> Firmware:
@@ -353,7 +353,7 @@ def _scan_options(file: Path, text: str, said: dict[str, Said], trail: list[Path
     for index, part in enumerate(INCLUDE.split(re.sub("#.*", "", text))):
         if index % 2:
             for other in _included(file, part.strip(), trail):
-                _scan_options(other, _text_of(other), said, [*trail, other.resolve()])
+                _scan_options(other, text_of(other), said, [*trail, other.resolve()])
             continue
         parser = RawConfigParser(strict=False, inline_comment_prefixes=(";",), default_section="")
         try:
@@ -364,7 +364,7 @@ def _scan_options(file: Path, text: str, said: dict[str, Said], trail: list[Path
         above += part.count("\n")
         for section in parser.sections():
             for option, value in parser.items(section):
-                said[f"{section}.{option}"] = Said(value, str(file))
+                said[f"{section}.{option}"] = Said(" ".join(value.split()), str(file))
 
 
 def _included(file: Path, wanted: str, trail: list[Path]) -> list[Path]:
@@ -457,7 +457,7 @@ def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: list[Path]) 
             if is_wrong:
                 raise FirmwareError(file, f"line {number}", reason)
         if runs and other.is_file():
-            _scan_commands(other, _text_of(other), sayings, [*trail, file.resolve()])
+            _scan_commands(other, text_of(other), sayings, [*trail, file.resolve()])
         elif runs:
             sayings.notes.append(f"{file}, line {number}: there is no {other} to run: left out")
         else:
