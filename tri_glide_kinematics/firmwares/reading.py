@@ -223,8 +223,8 @@ def _guessed(file: Path, text: str) -> Firmware:
     found = [name for name, sign in SIGNS.items() if re.search(sign, text, re.M)]
     found = ["reprap"] if file.suffix == ".g" else found
     if not found:
-        reason = "no [printer] of Klipper, #define or M503 of Marlin, M665 of RepRapFirmware in it"
-        raise FirmwareError(file, "", f"whose settings? {reason}; name it with --from")
+        reason = "no [printer], #define, M503 or M665: name it with --from (parameters: with --to)"
+        raise FirmwareError(file, "", f"whose settings? {reason}")
     return Firmware(found[0])
 
 
