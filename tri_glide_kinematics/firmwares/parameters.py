@@ -1,0 +1,262 @@
+"""Settings of a firmware as a parameter file for all nodes, and back to the lines of a firmware.
+
+The file keeps what was read, in lines that begin with ``#: ``. So the way back gives the very same
+texts where its parameters are still those that came of them, and new ones where they are not.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tri_glide_kinematics.calibration import (
+    MM,
+    KlipperDelta,
+    MachineParameters,
+    MarlinDelta,
+    RepRapFirmwareDelta,
+    plain_text,
+)
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.firmwares.reading import (
+    MINUTE,
+    Firmware,
+    FirmwareError,
+    FirmwareSettings,
+    settings_of,
+    text_of,
+)
+from tri_glide_kinematics.settings import IK_NODE, Values, file_values, machine_of, workspace_of
+from tri_glide_kinematics.wording import vector_text
+
+FIRST_LINE = "# Parameters of a machine, from settings of a firmware by tri_glide_kinematics."
+READ = "# This comes back where its parameters do not change; it was read from "
+KEPT = "#: "
+DEFAULTS = {entry.name: entry.default for entry in IK_NODE}
+JERK_TIME = 0.05  # in which an acceleration builds up, as that of the default machine [s]
+NOTHING = "nothing is said: the default"
+TOOL = "of the tool there: here of each slider"
+
+# Of geometry, speed, acceleration and reach: the parameters, and how the names of the values that
+# they are made of begin.
+GROUPS = (
+    (
+        ("geometry", "anchors", "arm_lengths", "height_offsets", "upper_heights"),
+        r"stepper_|printer\.delta_radius|DELTA_(?!PRINT)|MANUAL_Z|M665|M666 [XYZ]",
+    ),
+    (
+        ("velocity_limits", "platform_speed_limit"),
+        r"printer\.max_(z_)?velocity|DEFAULT_MAX_FEEDRATE|M203",
+    ),
+    (("acceleration_limits",), r"printer\.max_(z_)?accel|DEFAULT_.*ACCELERATION|M20[14]"),
+    (("cylinder_radius", "cylinder_z"), r"printer\.(print_radius|min)|.*PRINTABLE|reach|M208"),
+)
+# Where new values of speed, acceleration and reach stand.
+ALL_AXES = (("M203 X", "M203 Y", "M203 Z"), ("M201 X", "M201 Y", "M201 Z"))
+PLACES = {
+    Firmware.KLIPPER: (
+        ("printer.max_velocity",),
+        ("printer.max_accel",),
+        ("printer.print_radius", "printer.minimum_z_position"),
+    ),
+    Firmware.MARLIN: (*ALL_AXES, ("PRINTABLE_RADIUS",)),
+    Firmware.REPRAP: (*ALL_AXES, ("M665 B", "M208 Z S1")),
+}
+KINDS: Mapping[Firmware, Any] = {
+    Firmware.KLIPPER: KlipperDelta,
+    Firmware.MARLIN: MarlinDelta,
+    Firmware.REPRAP: RepRapFirmwareDelta,
+}
+REMARKS = {Firmware.KLIPPER: "# ", Firmware.MARLIN: "// ", Firmware.REPRAP: "; "}
+
+
+def parameters_of(settings: FirmwareSettings) -> dict[str, tuple[Any, str]]:
+    """Return the parameters of ``ik_node`` that settings stand for, each with where it comes from.
+
+    Raises:
+        FirmwareError: if a value is out of its bounds, or the platform could be nowhere.
+    """
+    machine, limits, ends = settings.machine, settings.limits, settings.end_stops
+    arms, anchors = machine.geometry.arm_lengths, np.array(machine.geometry.anchors)
+    distances = np.linalg.norm(anchors, axis=1).tolist()
+    top = min(e - math.sqrt(a * a - d * d) for e, a, d in zip(ends, arms, distances))
+    lowest, radius = limits.lowest or 0.0, limits.radius or min(distances)
+    margin = DEFAULTS["reach_margin"]
+    # Where the platform is farthest from a tower and lowest, to a tenth of a millimetre below.
+    reach = [min(d + radius, a - margin) for d, a in zip(distances, arms)]
+    lower = [
+        math.floor(1e4 * (lowest + math.sqrt(a * a - r * r))) / 1e4 for a, r in zip(arms, reach)
+    ]
+    speeds = limits.tower_speeds or (limits.tool_speed or DEFAULTS["velocity_limits"][0],) * 3
+    towers, tool = limits.tower_accelerations, limits.tool_acceleration
+    quickest = [min(each, tool or math.inf) for each in towers or [math.inf] * 3]
+    if math.inf in quickest:
+        quickest = DEFAULTS["acceleration_limits"]
+    of_speed = "of the towers" if limits.tower_speeds else TOOL if limits.tool_speed else NOTHING
+    of_acceleration = "of the towers, at most that of the tool" if towers else TOOL
+    rows = (
+        ("geometry", "calibrated", ""),
+        ("anchors", anchors.ravel(), "towers A, B, C"),
+        ("arm_lengths", arms, ""),
+        ("height_offsets", machine.height_offsets, "heights are those above the bed"),
+        ("upper_heights", ends, "end stops"),
+        ("lower_heights", lower, "nothing is said: as low as the cylinder needs"),
+        ("velocity_limits", speeds, of_speed),
+        ("platform_speed_limit", limits.tool_speed or 0.0, "of the tool; 0 where nothing is said"),
+        ("acceleration_limits", quickest, of_acceleration if towers or tool else NOTHING),
+        (
+            "jerk_limits",
+            [each / JERK_TIME for each in quickest],
+            f"nothing is said: reached in {JERK_TIME} s",
+        ),
+        ("reach_margin", margin, NOTHING),
+        ("max_condition_number", DEFAULTS["max_condition_number"], NOTHING),
+        ("space", "cylinder", ""),
+        ("cylinder_radius", radius, "" if limits.radius else "nothing is said: to an anchor"),
+        ("cylinder_z", (lowest, top), "from the bed" if limits.lowest is None else ""),
+        ("initial_heights", (*(e - 0.5 * (top - lowest) for e in ends),), "of a simulated machine"),
+    )
+    found = {
+        name: (value if isinstance(value, str | float) else tuple(map(float, value)), text)
+        for name, value, text in rows
+    }
+    values = DEFAULTS | {name: value for name, (value, _) in found.items()}
+    try:
+        checked = {entry.name: entry.checked(values[entry.name]) for entry in IK_NODE}
+        workspace_of(checked).check_position((0.0, 0.0, 0.5 * (lowest + top)))
+    except KinematicsError as error:
+        file = next(iter(settings.said.values())).file
+        raise FirmwareError(file, "", f"no machine of this suite: {error}") from error
+    return found
+
+
+def parameter_text(settings: FirmwareSettings) -> str:
+    """Return a parameter file for all nodes; raises as ``parameters_of``."""
+    rows = []
+    for name, (value, text) in parameters_of(settings).items():
+        written = list(value) if isinstance(value, tuple) else value
+        rows.append(f"  {name}: {written},{f' # {text}' * bool(text)}")
+    remarks = (*settings.notes, "In braces, so that a file that is cut off is refused; in metres.")
+    kept = _lines(settings.firmware, {name: settings.said[name].text for name in settings.used})
+    head = [FIRST_LINE, *(f"# {remark}" for remark in remarks), READ + settings.firmware.value]
+    head += [KEPT + line for line in kept]
+    return "\n".join((*head, "/**: {ros__parameters: {", *rows, "}}\n"))
+
+
+def load_parameters(path: Path, *later: Path) -> tuple[Values, FirmwareSettings | None]:
+    """Return the parameters in files, and the settings that the first file was made of, if any.
+
+    Raises:
+        KinematicsError: if a file cannot be read, or something in it has no meaning.
+    """
+    values = file_values(str(path), "/ik_node", IK_NODE, *map(str, later))
+    text = text_of(path)
+    firmware = re.search(rf"^{READ}(klipper|marlin|reprap)$", text, re.M)
+    if firmware is None:
+        return values, None
+    # Each line keeps its number.
+    lines = [line[len(KEPT) :] if line.startswith(KEPT) else "" for line in text.split("\n")]
+    return values, settings_of(Firmware(firmware[1]), [(path, "\n".join(lines))])
+
+
+def firmware_text(values: Values, origin: FirmwareSettings | None, firmware: Firmware) -> str:
+    """Return the lines of a firmware for the parameters of a machine.
+
+    Args:
+        values: of ``ik_node``. The end stops are where the sliders are at ``upper_heights``.
+        origin: settings that the parameters were made of; their texts stay where these are the
+            same. None without any.
+        firmware: whose lines.
+
+    Raises:
+        KinematicsError: if no firmware has such a machine.
+    """
+    texts, before = dict[str, str](), dict[str, tuple[Any, str]]()
+    changed = [True] * 4
+    if origin is not None and origin.firmware is firmware:
+        before = parameters_of(origin)
+        changed = [any(before[each][0] != values[each] for each in group) for group, _ in GROUPS]
+        patterns = [pattern for (_, pattern), is_new in zip(GROUPS, changed) if is_new]
+        # In Marlin, that is the length of a rod.
+        reach_name = "M665 B" if firmware is Firmware.REPRAP else ""
+        for name in origin.used:
+            meant = "reach" if name == reach_name else name
+            if not any(re.match(pattern, meant) for pattern in patterns):
+                texts[name] = origin.said[name].text
+    order, remarks = [0, 1, 2], list[str]()
+    if changed[0]:
+        made, order, remarks = _geometry(values, origin if before else None, firmware)
+        texts |= made
+    speeds = [values["velocity_limits"][i] for i in order]
+    accelerations = [values["acceleration_limits"][i] for i in order]
+    if firmware is not Firmware.MARLIN:
+        speeds = [values["platform_speed_limit"] or min(speeds)] * 3
+        accelerations = [min(accelerations)] * 3
+        if changed[2] or (changed[1] and not values["platform_speed_limit"]):
+            remarks.append("Limits of the tool are the least of the sliders, where none is known.")
+    reach = (values["cylinder_radius"], values["cylinder_z"][0])
+    changed[3] &= values["space"] == "cylinder"
+    minute = MINUTE if firmware is Firmware.REPRAP else 1.0
+    new = ([minute * speed for speed in speeds], accelerations, reach)
+    for is_new, names, numbers in zip(changed[1:], PLACES[firmware], new):
+        if is_new:
+            texts |= {name: plain_text(MM * each) for name, each in zip(names, numbers)}
+    return "\n".join(
+        (*(REMARKS[firmware] + each for each in remarks), *_lines(firmware, texts), "")
+    )
+
+
+def _geometry(
+    values: Values, origin: FirmwareSettings | None, firmware: Firmware
+) -> tuple[dict[str, str], list[int], list[str]]:
+    """Return values of the geometry, which arms are towers A, B and C, and remarks."""
+    machine = MachineParameters(machine_of(values).geometry, values["height_offsets"])
+    ends = values["upper_heights"]
+    remarks = ["The end stops are where the sliders are at upper_heights."]
+    with np.errstate(invalid="ignore"):
+        converted = KINDS[firmware].of(machine, ends)
+    delta = converted.settings
+    if firmware is Firmware.MARLIN:
+        offset = origin.probe_offset if origin else 0.0
+        delta = replace(delta, height=delta.height + offset)
+        if not offset:
+            remarks.append("With a probe, add its offset along z to DELTA_HEIGHT and M665 H.")
+        typed = (delta.diagonal_rod, delta.radius, delta.height, *delta.tower_angle_trim)
+        words = _words("LRHXYZABC", (*typed, *delta.diagonal_rod_trim))
+        remarks.append(f"Typed, if its radius has no trims: M665 {words}")
+        remarks.append(f"and M666 {_words('XYZ', delta.endstop_adj)}")
+    shift = [round(MM * each, 6) + 0.0 for each in converted.shift]
+    if converted.towers != (0, 1, 2):
+        remarks.append(
+            f"Towers A, B, C are arms {', '.join(str(i + 1) for i in converted.towers)}."
+        )
+    if any(shift):
+        remarks.append(f"x and y here are those of the machine plus {vector_text(shift)} mm.")
+    made = settings_of(firmware, [(Path(), str(delta))])
+    return {name: each.text for name, each in made.said.items()}, list(converted.towers), remarks
+
+
+def _words(letters: str, numbers: Sequence[float]) -> str:
+    return " ".join(letter + plain_text(number) for letter, number in zip(letters, numbers))
+
+
+def _lines(firmware: Firmware, texts: Mapping[str, str]) -> Sequence[str]:
+    """Return values as their firmware reads them."""
+    groups: dict[str, list[str]] = {}
+    for name, text in texts.items():
+        section, _, option = name.rpartition(".")
+        command, _, letter = name.partition(" ")
+        if firmware is Firmware.KLIPPER:
+            groups.setdefault(f"[{section}]", []).append(f"{option}: {text}")
+        elif letter:
+            groups.setdefault(command + letter[1:], []).append(letter[0] + text)
+        else:
+            groups[f"#define {name} {text}".rstrip()] = []
+    between = "\n" if firmware is Firmware.KLIPPER else " "
+    return "\n".join(between.join((head, *rows)) for head, rows in groups.items()).split("\n")
