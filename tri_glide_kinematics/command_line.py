@@ -33,6 +33,7 @@ COMMANDS = {
     name: Command(ELSEWHERE.get(name, f"commands.{name}"), meaning)
     for name, meaning in (
         ("calibrate", "find the true geometry of a machine from measurements"),
+        ("convert", "settings of Klipper, Marlin, RepRapFirmware to a parameter file, and back"),
         ("describe_machine", "a machine as URDF for RViz and as MJCF for MuJoCo"),
         ("draw_machine", "maps of a machine, and the surface of its workspace"),
         ("draw_mechanism", "pictures of a four-bar linkage or an F-mechanism"),

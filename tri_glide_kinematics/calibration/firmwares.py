@@ -25,13 +25,20 @@ from tri_glide_kinematics.checks import finite, finite_vector
 from tri_glide_kinematics.equal_numbers import first_smallest
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
-from tri_glide_kinematics.wording import number_text
 
 # Angles of the towers A, B and C without corrections, counter-clockwise from the x axis [degrees].
 TOWER_ANGLES = (210.0, 330.0, 90.0)
 MM = 1000.0
 
+# Digits behind the point: rounding errors are smaller, and what a firmware notices is larger.
+DECIMALS = 10
+
 Settings = TypeVar("Settings", covariant=True)
+
+
+def plain_text(value: float) -> str:
+    """Return a number without an exponent, which G-code does not know; never ``-0``."""
+    return f"{round(value, DECIMALS) + 0.0:.{DECIMALS}f}".rstrip("0").rstrip(".")
 
 
 @dataclass(frozen=True)
@@ -103,13 +110,13 @@ class KlipperDelta(_Settings):
 
     def __str__(self) -> str:
         """Return the lines of ``printer.cfg``."""
-        lines = ["[printer]", f"delta_radius: {number_text(self.delta_radius)}"]
+        lines = ["[printer]", f"delta_radius: {plain_text(self.delta_radius)}"]
         for i, name in enumerate("abc"):
             lines += [
                 f"[stepper_{name}]",
-                f"angle: {number_text(self.angles[i])}",
-                f"arm_length: {number_text(self.arm_lengths[i])}",
-                f"position_endstop: {number_text(self.position_endstops[i])}",
+                f"angle: {plain_text(self.angles[i])}",
+                f"arm_length: {plain_text(self.arm_lengths[i])}",
+                f"position_endstop: {plain_text(self.position_endstops[i])}",
             ]
         return "\n".join(lines)
 
@@ -169,15 +176,15 @@ class MarlinDelta(_Settings):
         """Return the lines of ``Configuration.h``."""
 
         def braced(values: Vector3) -> str:
-            return "{ " + ", ".join(map(number_text, values)) + " }"
+            return "{ " + ", ".join(map(plain_text, values)) + " }"
 
         return "\n".join(
             (
-                f"#define DELTA_HEIGHT {number_text(self.height)}",
+                f"#define DELTA_HEIGHT {plain_text(self.height)}",
                 f"#define DELTA_ENDSTOP_ADJ {braced(self.endstop_adj)}",
-                f"#define DELTA_RADIUS {number_text(self.radius)}",
+                f"#define DELTA_RADIUS {plain_text(self.radius)}",
                 f"#define DELTA_RADIUS_TRIM_TOWER {braced(self.radius_trim)}",
-                f"#define DELTA_DIAGONAL_ROD {number_text(self.diagonal_rod)}",
+                f"#define DELTA_DIAGONAL_ROD {plain_text(self.diagonal_rod)}",
                 f"#define DELTA_DIAGONAL_ROD_TRIM_TOWER {braced(self.diagonal_rod_trim)}",
                 f"#define DELTA_TOWER_ANGLE_TRIM {braced(self.tower_angle_trim)}",
             )
@@ -230,12 +237,12 @@ class RepRapFirmwareDelta(_Settings):
 
     def __str__(self) -> str:
         """Return the lines of ``config.g``."""
-        rods = ":".join(map(number_text, self.diagonal_rods))
+        rods = ":".join(map(plain_text, self.diagonal_rods))
         turns, ends = (
-            " ".join(f"{axis}{number_text(value)}" for axis, value in zip("XYZ", values))
+            " ".join(f"{axis}{plain_text(value)}" for axis, value in zip("XYZ", values))
             for values in (self.angle_corrections, self.endstop_adjustments)
         )
-        radius, height = number_text(self.radius), number_text(self.homed_height)
+        radius, height = plain_text(self.radius), plain_text(self.homed_height)
         return f"M665 L{rods} R{radius} H{height} {turns}\nM666 {ends}"
 
 

@@ -1,0 +1,97 @@
+"""The command ``convert``: settings of a firmware to a parameter file, and back; without ROS.
+
+Slow modules are imported after the command line has been read, so that a mistake in it is
+told at once and Ctrl-C ends the process while modules are still being loaded.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tri_glide_kinematics.picture_commands import add_file, exit_code, find_file
+
+FIRMWARES = ("klipper", "marlin", "reprap")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Convert settings from the command line.
+
+    Args:
+        arguments: of the command; None for those of the process.
+
+    Returns:
+        Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
+    """
+    options = make_parser().parse_args(arguments)
+    folder = options.output.parent if options.output else Path()
+    return exit_code("convert", folder, lambda: _convert(options))
+
+
+def _convert(options: argparse.Namespace) -> None:
+    """Write the parameter file or the lines, or print them.
+
+    Raises:
+        KinematicsError: if the files have no settings that can be held here.
+        OSError: if the file cannot be written.
+    """
+    from tri_glide_kinematics.files import replace_file
+    from tri_glide_kinematics.firmwares import (
+        Firmware,
+        firmware_text,
+        load_firmware_settings,
+        load_parameters,
+        parameter_text,
+    )
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    files = [find_file(file) for file in options.files]
+    if options.to:
+        text = firmware_text(*load_parameters(*files), Firmware(options.to))
+    else:
+        given = Firmware(options.given) if options.given else None
+        settings = load_firmware_settings(*files, firmware=given)
+        text = parameter_text(settings)
+        for note in settings.notes:
+            print(f"convert: note: {note}", file=sys.stderr)
+    if options.output is None:
+        print(text, end="")
+        return
+    options.output.parent.mkdir(parents=True, exist_ok=True)
+    replace_file(options.output, text)
+    print(f"{'lines for the firmware' if options.to else 'parameter file'}: {options.output}")
+    if not options.to:
+        print(f"next: tri-glide drive PROGRAM --check --parameters {options.output}")
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return what reads the command line; its name is that of the program."""
+    parser = argparse.ArgumentParser(
+        description="Convert settings of Klipper, Marlin or RepRapFirmware to a parameter file for "
+        "all nodes, and with --to back to the lines that its owner types. What such files do not "
+        "say has a default, which is told. It needs no ROS.",
+    )
+    parser.add_argument(
+        "files",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="printer.cfg, Configuration.h, what M503 prints, config.g or config-override.g; with "
+        "--to, parameters of the machine; of two files, the later one wins",
+    )
+    parser.add_argument(
+        "--from",
+        dest="given",
+        choices=FIRMWARES,
+        help="whose settings they are (default: seen from the file)",
+    )
+    parser.add_argument("--to", choices=FIRMWARES, help="whose lines to write")
+    add_file(parser, "--output", "write to this file (default: print)")
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())
