@@ -16,57 +16,59 @@ are zero. Which limit bounds the tool and which a tower is from their sources:
 
 from __future__ import annotations
 
-import ast
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from configparser import Error, RawConfigParser
+from dataclasses import dataclass
 from enum import Enum
-from itertools import dropwhile
+from glob import glob
 from pathlib import Path
 
-from tri_glide_kinematics.calibration import MachineParameters
-from tri_glide_kinematics.calibration.firmwares import (
+from tri_glide_kinematics.calibration import (
     MM,
     TOWER_ANGLES,
     KlipperDelta,
+    MachineParameters,
     MarlinDelta,
     RepRapFirmwareDelta,
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import FileError, shortened
 from tri_glide_kinematics.vectors import Vector3, three
-from tri_glide_kinematics.wording import number_text
 
 MOST_BYTES = 4_000_000  # larger files are none of settings
-MOST_FILES = 100  # that one includes
-LONGEST_EXPRESSION = 200
+DEEPEST = 8  # of files that include others, and of names that stand for others
+LONGEST = 300  # expression
 LARGEST = 1e7  # of all numbers, in the units of the firmware
 MINUTE = 60.0  # s
 
-SAVED = re.compile(r"#\*# <-+ SAVE_CONFIG -+>")
-OPTION = re.compile(r"([^:=\s][^:=]*?)\s*[:=]\s*(.*)")
-# A remark of C becomes as many empty lines, and a line that goes on is one.
-REMARK = re.compile(r"//[^\n]*|/\*.*?(?:\*/|\Z)", re.DOTALL)
-DIRECTIVE = re.compile(r"\s*#\s*(\w+)\s*(.*?)\s*$")
-NAMED = re.compile(r"(\w*)\s*(.*)", re.DOTALL)
+SAVED = re.compile(r"^#\*# <-+ SAVE_CONFIG -+>", re.M)
+INCLUDE = re.compile(r"^\[include\b(.*)\][^\n\]]*$", re.M)
+# A remark of C, a line that goes on, a directive, a question of a condition.
+REMARK = re.compile(r"//[^\n]*|/\*.*?(?:\*/|\Z)", re.S)
+DIRECTIVE = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif|define|undef)\b\s*(\w*)(.*)", re.S)
 ASKED = re.compile(r"\b(ENABLED|DISABLED|EITHER|ANY|BOTH|ALL|NONE|defined)\s*\(([\w\s,]*)\)")
-WORD = re.compile(r'\s*([A-Z])\s*("[^"]*"|\{[^}]*\}|[-+.:\d]*)')
-# A command, also as a host has logged it.
+EXPRESSION = re.compile(r"(?:(?!\*\*)[-+*().\d\seE]|and|or|not)+")
+# A command, also as a host has logged it, and its words.
 COMMAND = re.compile(r"(?:.*\b(?:Recv|Send): ?)?(?:echo:)?(\s*)([GM])0*(\d+)(?![\d.])(.*)", re.I)
 COMMANDS = "M665 M666 M201 M203 M204 M208 M669 M851 M98 M501 G20 G31".split()
-SUMS: tuple[type[ast.AST], ...] = (ast.Expression, ast.Constant, ast.Name, ast.Load, ast.UnaryOp)
-SUMS += (ast.BinOp, ast.BoolOp, ast.Add, ast.Sub, ast.Mult, ast.USub, ast.UAdd, ast.Not, ast.And)
-SUMS += (ast.Or,)
-NO_NUMBER = (ValueError, TypeError, ArithmeticError, SyntaxError, RecursionError, MemoryError)
+WORD = re.compile(r'\s*([A-Z])\s*("[^"]*"|\{[^}]*\}|[-+.:\d]*)')
+
+NO_NUMBER = (ValueError, TypeError, KeyError, ArithmeticError, SyntaxError, MemoryError)
 
 # With a probe, Marlin counts the height after homing from where the probe touches.
-PROBES = (
+PROBES = frozenset(
     "FIX_MOUNTED_PROBE NOZZLE_AS_PROBE BLTOUCH Z_PROBE_SERVO_NR Z_PROBE_ALLEN_KEY Z_PROBE_SLED "
     "SOLENOID_PROBE SENSORLESS_PROBING TOUCH_MI_PROBE RACK_AND_PINION_PROBE MAGLEV4 BD_SENSOR "
-    "MAG_MOUNTED_PROBE BIQU_MICROPROBE_V1 BIQU_MICROPROBE_V2 DUET_SMART_EFFECTOR"
-).split()
+    "MAG_MOUNTED_PROBE BIQU_MICROPROBE_V1 BIQU_MICROPROBE_V2 DUET_SMART_EFFECTOR".split()
+)
 SHEAR = "must be 0: a bed that is tilted shears z, which vertical sliders do not do; level it"
+SIGNS = {
+    "klipper": r"^\[(printer|stepper_[abc]|include .*)\]",
+    "marlin": r"^\s*#\s*define\s|\becho:|^\s*M851\b|^\s*M665\b[^;\n]*[SAC]-?\d",
+    "reprap": r"^M(569|584|574|669|671)\b|^M665\b[^;\n]*:|^M666\b[^;\n]*[AB]-?\d",
+}
 
 Delta = KlipperDelta | MarlinDelta | RepRapFirmwareDelta
 
@@ -90,14 +92,12 @@ class Said:
     Attributes:
         text: of the value.
         file: in which it stands.
-        line: from 1.
-        doubt: line of a condition that is not understood, and that it stands under; 0 for none.
+        line: from 1; 0 in Klipper, where section and option are the place.
     """
 
     text: str
     file: str
-    line: int
-    doubt: int = 0
+    line: int = 0
 
 
 @dataclass(frozen=True)
@@ -177,15 +177,12 @@ def settings_of(firmware: Firmware, files: Sequence[tuple[Path, str]]) -> Firmwa
     for file, text in files:
         if firmware is Firmware.KLIPPER:
             _scan_klipper(file, text, sayings)
-        elif firmware is Firmware.MARLIN and re.search(r"^\s*#\s*define\b", text, re.M):
+            continue
+        if firmware is Firmware.MARLIN:
+            text = REMARK.sub(lambda each: "\n" * each[0].count("\n"), text)
             _scan_header(file, text, sayings)
-        else:
-            _scan_commands(file, text, sayings, (file.resolve(),))
-    readers: Mapping[Firmware, Callable[[_Sayings], tuple[Delta, FirmwareLimits]]] = {
-        Firmware.KLIPPER: _klipper,
-        Firmware.MARLIN: _marlin,
-        Firmware.REPRAP: _reprap,
-    }
+        _scan_commands(file, text, sayings, [])
+    readers = {Firmware.KLIPPER: _klipper, Firmware.MARLIN: _marlin, Firmware.REPRAP: _reprap}
     delta, limits = readers[firmware](sayings)
     try:
         # Heights are counted from the end stops, which are then as high as the offsets.
@@ -223,18 +220,11 @@ def _text_of(file: Path) -> str:
 
 def _guessed(file: Path, text: str) -> Firmware:
     """Return whose settings a file holds, by words that only one of them has."""
-    signs = (
-        (Firmware.KLIPPER, r"^\[(printer|stepper_[abc]|include .*)\]"),
-        (Firmware.MARLIN, r"^\s*#\s*define\s|\becho:|^\s*M851\b|^\s*M665\b[^;\n]*[SAC]-?\d"),
-        (Firmware.REPRAP, r"^M(569|584|574|669|671)\b|^M665\b[^;\n]*:|^M666\b[^;\n]*[AB]-?\d"),
-    )
-    for firmware, sign in signs:
-        if re.search(sign, text, re.M):
-            return firmware
-    if file.suffix == ".g":
-        return Firmware.REPRAP
-    reason = "no [printer] of Klipper, #define or M503 of Marlin, M665 of RepRapFirmware in it"
-    raise FirmwareError(file, "", f"whose settings? {reason}; name the firmware with --from")
+    found = [name for name, sign in SIGNS.items() if re.search(sign, text, re.M)]
+    if not found and file.suffix != ".g":
+        reason = "no [printer] of Klipper, #define or M503 of Marlin, M665 of RepRapFirmware in it"
+        raise FirmwareError(file, "", f"whose settings? {reason}; name the firmware with --from")
+    return Firmware(found[0] if found else "reprap")
 
 
 class _Sayings:
@@ -249,166 +239,140 @@ class _Sayings:
         self.probe_offset = 0.0
 
     def error(self, name: str, reason: str) -> FirmwareError:
-        where = self.said[name]
-        return FirmwareError(where.file, f"line {where.line}", f"{name} {reason}")
+        where = self.said.get(name, Said("", str(self.file)))
+        return FirmwareError(
+            where.file, f"line {where.line}" * bool(where.line), f"{name} {reason}"
+        )
+
+    def use(self, *names: str) -> str:
+        """Return the first of these names that is there; empty if none is."""
+        name = next((each for each in names if each in self.said), "")
+        self.used |= {name: None} if name else {}
+        return name
 
     def numbers(self, *names: str, above: float = -LARGEST, unit: float = 1.0) -> list[float]:
         """Return the numbers of the first value that is there, in units; none without a value."""
-        name = next((each for each in names if each in self.said), "")
-        numbers: list[float] = []
-        for part in self._parts(name) if name else ():
-            try:
-                number = self.calculated(part) if self.firmware is Firmware.MARLIN else float(part)
-            except NO_NUMBER:
-                number = math.nan
-            if not above < number < LARGEST:
-                bound = f"greater than {number_text(above)}, at most {LARGEST:g}"
-                text = shortened(self.said[name].text)
-                raise self.error(name, f"is {text}, must be a number {bound}")
-            numbers.append(number / unit)
-        return numbers
+        name = self.use(*names)
+        text = self.said[name].text if name else ""
+        is_marlin = self.firmware is Firmware.MARLIN
+        parts = text.strip("{} ").split(",") if is_marlin else text.split(":")
+        try:
+            numbers = [self.value(each) if is_marlin else float(each) for each in parts if name]
+        except NO_NUMBER:
+            numbers = [math.nan]
+        if not all(above < number < LARGEST for number in numbers):
+            bound = f"greater than {above:g}, at most {LARGEST:g}"
+            raise self.error(name, f"is {shortened(text)}, must be a number {bound}")
+        return [number / unit for number in numbers]
 
     def one(self, *names: str, above: float = -LARGEST, unit: float = 1.0) -> float | None:
         numbers = self.numbers(*names, above=above, unit=unit)
         if len(numbers) > 1:
-            name = next(each for each in names if each in self.said)
-            raise self.error(name, f"has {len(numbers)} numbers, must have one")
+            raise self.error(self.use(*names), f"has {len(numbers)} numbers, must have one")
         return numbers[0] if numbers else None
 
     def needed(self, *names: str, above: float = 0.0) -> float:
         number = self.one(*names, above=above)
         if number is None:
-            raise FirmwareError(self.file, "", f"{' or '.join(names)} is missing")
+            raise self.error(" or ".join(names), "is missing")
         return number
 
-    def each(
-        self,
-        name: str,
-        letters: Sequence[str],
-        otherwise: Vector3 = (0.0, 0.0, 0.0),
-        above: float = -LARGEST,
-        unit: float = 1.0,
-    ) -> Vector3:
+    def each(self, name: str, letters: Sequence[str], otherwise: Sequence[float]) -> Vector3:
         """Return the numbers of three towers: under one name, or each under its own."""
-        values = self.numbers(name, above=above, unit=unit)[:3] or otherwise
+        values = self.numbers(name)[:3] or otherwise
         if len(values) < 3:
             raise self.error(name, f"has {len(values)} numbers, must have three")
-        found = [self.one(each, above=above, unit=unit) for each in letters] or [None] * 3
+        found = [self.one(each) for each in letters]
         return three([value if each is None else each for each, value in zip(found, values)])
 
     def speeds(self, name: str, command: str) -> Vector3 | None:
-        """Return limits of three towers; None if one of them is missing."""
-        values = self.each(name, _letters(command), (math.nan,) * 3, above=0.0, unit=MM)
-        return None if math.isnan(sum(values)) else values
+        """Return limits of three towers in SI; None if one of them is missing."""
+        values = self.each(name, _letters(command), [math.nan] * 3)
+        if min(values) <= 0.0:
+            raise self.error(self.use(name, f"{command} X"), "must be greater than 0")
+        return None if math.isnan(sum(values)) else three([value / MM for value in values])
 
     def least(self, meaning: str, *names: str, unit: float = MM) -> float | None:
         """Return the least of several limits of the tool, and note that if they differ."""
-        all_limits = {name: self.one(name, above=0.0, unit=unit) for name in names}
-        limits = {name: limit for name, limit in all_limits.items() if limit is not None}
-        if len(set(limits.values())) > 1:
-            least = min(limits, key=limits.__getitem__)
-            text = f"{least} is the least of {', '.join(limits)}"
-            self.notes.append(f"{text}: here it bounds the {meaning} of the tool in each direction")
-        return min(limits.values(), default=None)
+        found = {name: self.one(name, above=0.0, unit=unit) for name in names}
+        limits = {limit: name for name, limit in found.items() if limit is not None}
+        least = min(limits, default=None)
+        if len(limits) > 1:
+            text = f"the least of {', '.join(limits.values())} bounds the {meaning} of the tool"
+            self.notes.append(f"{text} in each direction here: {limits[min(limits)]}")
+        return least
 
     def level(self, *names: str) -> None:
         for name in names:
             if self.one(name):
                 raise self.error(name, f"= {self.said[name].text} {SHEAR}")
 
-    def _parts(self, name: str) -> list[str]:
-        where = self.said[name]
-        if where.doubt:
-            raise self.error(name, f"depends on line {where.doubt}, which is not understood")
-        self.used[name] = None
-        if self.firmware is Firmware.MARLIN:
-            return where.text.strip("{} ").split(",")
-        return where.text.split(":") if self.firmware is Firmware.REPRAP else [where.text]
-
-    def calculated(self, text: str, depth: int = 8) -> float:
+    def value(self, text: str) -> float:
         """Return the value of an expression in C without divisions."""
-        plain = re.sub(r"(?<=[\d.])[fFlLuU]+\b", "", text.strip())
-        tree = ast.parse(plain[:LONGEST_EXPRESSION], mode="eval")
-        nodes = list(ast.walk(tree))
-        if not depth or not all(isinstance(node, SUMS) for node in nodes):
+        for _ in range(DEEPEST):
+            text = re.sub(r"(?<=[\d.])[fFlLuU]+\b", "", text[:LONGEST])
+            text = re.sub(r"(?<![\w.])(?!and\b|or\b|not\b)[A-Za-z_]\w*", self._inner, text)
+        if not EXPRESSION.fullmatch(text) or re.search(r"[\d.)]\s*\(", text):
             raise ValueError
-        names = {node.id for node in nodes if isinstance(node, ast.Name)}
-        values = {}
-        for name in names:
-            if name not in self.said or self.said[name].doubt:
-                raise ValueError
-            self.used[name] = None
-            values[name] = self.calculated(self.said[name].text, depth - 1)
-        return float(eval(compile(tree, "", "eval"), {"__builtins__": {}}, values))
+        return float(eval(text.strip(), {"__builtins__": {}}))
+
+    def _inner(self, name: re.Match[str]) -> str:
+        self.use(name[0])
+        return f"({self.said[name[0]].text})"
 
 
 def _scan_klipper(file: Path, text: str, sayings: _Sayings) -> None:
-    lines = text.split("\n")
-    begin = next((i for i, line in enumerate(lines) if SAVED.match(line)), len(lines))
-    for number, line in enumerate(lines[begin:], begin + 1):
+    head, *block = SAVED.split(text, maxsplit=1)
+    lines = block[0].split("\n") if block else []
+    for number, line in enumerate(lines[1:], head.count("\n") + 2):
         if line.strip() and not line.startswith("#*#"):
             reason = "below SAVE_CONFIG a line must begin with #*#: else Klipper reads none of them"
             raise FirmwareError(file, f"line {number}", reason)
-    sayings.said |= _options(file, enumerate(lines[:begin], 1), [file.resolve()])
+    _scan_options(file, head, sayings.said, [])
+    saved: dict[str, Said] = {}
     # The remarks at the head of what is saved end where its first section begins.
-    saved = ((i, line[4:]) for i, line in enumerate(lines[begin:], begin + 1))
-    in_section = dropwhile(lambda each: not each[1].startswith("["), saved)
-    for name, where in _options(file, in_section, []).items():
+    plain = "\n".join(line[4:] for line in lines)
+    _scan_options(file, plain[(plain + "[").index("[") :], saved, [])
+    for name, where in saved.items():
         kept = sayings.said.setdefault(name, where)
         if kept.text != where.text:
-            sayings.notes.append(
-                f"{name}: {kept.text} of {kept.file}, line {kept.line}, wins over {where.text}, "
-                "which SAVE_CONFIG keeps"
-            )
+            text = f"{kept.text} of {kept.file} wins over {where.text}, which SAVE_CONFIG keeps"
+            sayings.notes.append(f"{name}: {text}")
 
 
-def _options(file: Path, lines: Iterable[tuple[int, str]], trail: list[Path]) -> dict[str, Said]:
-    """Return the values of lines of Klipper, and of the files that they include."""
-    said: dict[str, Said] = {}
-    section, name, indent = "", "", 0
-    for number, line in lines:
-        content = re.sub(r"#.*|(^|\s);.*", "", line).rstrip()
-        stripped = content.lstrip()
-        depth = len(content) - len(stripped)
-        option = OPTION.match(stripped)
-        if stripped and name and depth > indent:
-            said[name] = replace(said[name], text=f"{said[name].text}\n{stripped}".strip())
-        elif stripped.startswith("[") and "]" in stripped:
-            section, name = stripped[1 : stripped.rindex("]")].strip(), ""
-            for other in _included(file, number, section, trail):
-                inner = enumerate(_text_of(other).split("\n"), 1)
-                said |= _options(other, inner, [*trail, other.resolve()])
-        elif option and section:
-            name, indent = f"{section}.{option[1].lower()}", depth
-            said[name] = Said(option[2], str(file), number)
-        elif stripped:
-            reason = f"{shortened(stripped)} is no [section], and no NAME: VALUE in one"
-            raise FirmwareError(file, f"line {number}", reason)
-    return said
+def _scan_options(file: Path, text: str, said: dict[str, Said], trail: list[Path]) -> None:
+    """Read values of Klipper, as it does itself, and those of the files that are included."""
+    above = 0
+    for index, part in enumerate(INCLUDE.split(re.sub("#.*", "", text))):
+        if index % 2:
+            for other in _included(file, part.strip(), trail):
+                _scan_options(other, _text_of(other), said, [*trail, other.resolve()])
+            continue
+        parser = RawConfigParser(strict=False, inline_comment_prefixes=(";",), default_section="")
+        try:
+            # Errors tell the number of the line.
+            parser.read_string("\n" * above + part, file.name)
+        except Error as error:
+            raise FirmwareError(file, "", shortened(" ".join(str(error).split()))) from error
+        above += part.count("\n")
+        for section in parser.sections():
+            for option, value in parser.items(section):
+                said[f"{section}.{option}"] = Said(value, str(file))
 
 
-def _included(file: Path, number: int, section: str, trail: list[Path]) -> list[Path]:
-    """Return the files that a section of Klipper includes, by a name or a pattern."""
-    word, _, wanted = section.partition(" ")
-    if word != "include":
-        return []
-    try:
-        found = sorted((file.parent / wanted.strip()).parent.glob(Path(wanted.strip()).name))
-    except (OSError, ValueError, NotImplementedError, IndexError):
-        found = []
-    reason = ""
+def _included(file: Path, wanted: str, trail: list[Path]) -> list[Path]:
+    """Return the files that Klipper includes, by a name or a pattern."""
+    found = [file.parent / each for each in sorted(glob(wanted, root_dir=file.parent))]
     if not found and not re.search(r"[*?\[]", wanted):
-        reason = "there is no such file"
-    elif len(trail) > MOST_FILES or any(each.resolve() in trail for each in found):
-        reason = "leads in a circle"
-    if reason:
-        raise FirmwareError(file, f"line {number}", f"[{shortened(section)}]: {reason}")
+        raise FirmwareError(file, f"[include {wanted}]", "there is no such file")
+    if len(trail) > DEEPEST or any(each.resolve() in (*trail, file.resolve()) for each in found):
+        raise FirmwareError(file, f"[include {wanted}]", "leads in a circle")
     return found
 
 
 def _scan_header(file: Path, text: str, sayings: _Sayings) -> None:
     """Read the definitions of a header of Marlin that its conditions leave in."""
-    text = REMARK.sub(lambda each: "\n" * each[0].count("\n"), text)
+    said = sayings.said
     # Of each #if: whether its branch holds, whether one of its branches did (None: not known), and
     # its line.
     branches: list[tuple[bool | None, bool | None, int]] = []
@@ -417,24 +381,25 @@ def _scan_header(file: Path, text: str, sayings: _Sayings) -> None:
         while line.endswith("\\"):
             line = line[:-1] + next(lines, (0, ""))[1]
         directive = DIRECTIVE.match(line)
-        word, rest = directive.groups() if directive else ("", "")
+        if directive is None:
+            continue
+        word, name, rest = directive.groups()
+        doubt = next((f" (if line {each[2]} holds)" for each in branches if each[0] is None), "")
         if word in ("if", "ifdef", "ifndef"):
-            holds = _holds(word, rest, sayings)
+            holds = _holds(word, name + rest, sayings)
             branches.append((holds, holds, number))
         elif word in ("elif", "else", "endif"):
             if not branches:
                 raise FirmwareError(file, f"line {number}", f"#{word} has no #if")
             _, past, first = branches.pop()
-            holds = word == "else" or _holds(word, rest, sayings)
+            holds = word == "else" or _holds(word, name + rest, sayings)
             if word != "endif":
-                now = False if past else (holds and past is None and None) or holds
+                now = False if past else None if past is None and holds else holds
                 branches.append((now, holds if holds or past is False else past, first))
-        elif word in ("define", "undef") and all(each[0] is not False for each in branches):
-            name, value = NAMED.findall(rest)[0]
-            doubt = next((each[2] for each in branches if each[0] is None), 0)
-            sayings.said.pop(name, None)
+        elif all(holds is not False for holds, _, _ in branches):
+            said.pop(name, None)
             if word == "define":
-                sayings.said[name] = Said(value.strip(), str(file), number, doubt)
+                said[name] = Said(" ".join(rest.split()) + doubt, str(file), number)
     if branches:
         raise FirmwareError(file, f"line {branches[-1][2]}", "#if has no #endif: is it cut off?")
 
@@ -447,22 +412,22 @@ def _holds(word: str, text: str, sayings: _Sayings) -> bool | None:
 
     def answer(asked: re.Match[str]) -> str:
         names = asked[2].replace(" ", "").split(",")
-        on = ("", "1", "true")
-        given = [
-            name in said and (asked[1] == "defined" or said[name].text in on) for name in names
-        ]
-        answers = {"DISABLED": not any(given), "NONE": not any(given), "ALL": all(given)}
-        return f" {answers.get(asked[1].replace('BOTH', 'ALL'), any(given))} "
+        on = [name in said and said[name].text in ("", "1", "true") for name in names]
+        if asked[1] == "defined":
+            on = [name in said for name in names]
+        is_on = all(on) if asked[1] in ("BOTH", "ALL") else any(on)
+        return f" {int(is_on != (asked[1] in ('DISABLED', 'NONE')))} "
 
     plain = ASKED.sub(answer, text).replace("&&", " and ").replace("||", " or ")
     try:
-        return bool(sayings.calculated(plain.replace("!", " not ")))
+        return bool(sayings.value(plain.replace("!", " not ")))
     except NO_NUMBER:
         return None
 
 
-def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: tuple[Path, ...]) -> None:
+def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: list[Path]) -> None:
     """Read commands of RepRapFirmware, or as Marlin prints them, one a line."""
+    is_reprap = sayings.firmware is Firmware.REPRAP
     for number, line in enumerate(text.split("\n"), 1):
         found = COMMAND.match(re.sub(r'("[^"]*")|;.*', r"\1", line))
         command = f"{found[2].upper()}{found[3]}" if found else ""
@@ -470,16 +435,16 @@ def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: tuple[Path, 
             continue
         rest = re.sub(r'("[^"]*")|[a-z]+', lambda each: each[1] or each[0].upper(), found[4])
         words = dict(WORD.findall(rest))
+        other = file.parent / words.get("P", "config-override.g").strip('"').rpartition("/")[2]
+        runs = is_reprap and command in ("M98", "M501")
         reason = ""
         if command == "G20":
             reason = "G20 (inches) is not read: only millimetres are"
-        elif sayings.firmware is Firmware.REPRAP and found[1]:
-            reason = f"{command} depends on a condition: which is not read"
+        elif is_reprap and found[1]:
+            reason = f"{command} depends on a condition, which is not read"
         elif WORD.sub("", rest).strip():
             reason = f"{shortened(line.strip())} is not understood"
-        other = file.parent / words.get("P", "config-override.g").strip('"').rpartition("/")[2]
-        runs = command in ("M98", "M501") and sayings.firmware is Firmware.REPRAP
-        if runs and (other.resolve() in trail or len(trail) > MOST_FILES):
+        elif runs and (len(trail) > DEEPEST or other.resolve() in (*trail, file.resolve())):
             reason = f"{command} leads in a circle"
         if reason and command == "G31":
             # Only logs need the place of the probe.
@@ -487,7 +452,7 @@ def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: tuple[Path, 
         if reason:
             raise FirmwareError(file, f"line {number}", reason)
         if runs and other.is_file():
-            _scan_commands(other, _text_of(other), sayings, (*trail, other.resolve()))
+            _scan_commands(other, _text_of(other), sayings, [*trail, file.resolve()])
         elif runs:
             sayings.notes.append(f"{file}, line {number}: there is no {other} to run: left out")
         else:
@@ -496,17 +461,16 @@ def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: tuple[Path, 
                 sayings.said[f"{command} {letter}{end}"] = Said(value, str(file), number)
 
 
-def _klipper(said: _Sayings) -> tuple[KlipperDelta, FirmwareLimits]:
-    kind = said.said.get("printer.kinematics")
-    if kind is not None and kind.text != "delta":
-        raise said.error("printer.kinematics", f"is {shortened(kind.text)}, must be delta")
-    said.used |= dict.fromkeys(["printer.kinematics"] if kind else [])
+def _klipper(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
+    kind = said.use("printer.kinematics")
+    if kind and said.said[kind].text != "delta":
+        raise said.error(kind, f"is {shortened(said.said[kind].text)}, must be delta")
     said.level("bed_tilt.x_adjust", "bed_tilt.y_adjust")
     radius = said.needed("printer.delta_radius")
     of_all = [f"stepper_{tower}" for tower in "abc"]
     arms = [said.needed(f"{s}.arm_length", "stepper_a.arm_length", above=radius) for s in of_all]
     ends = [said.needed(f"{s}.position_endstop", "stepper_a.position_endstop") for s in of_all]
-    angles = said.each("", [f"{stepper}.angle" for stepper in of_all], three(TOWER_ANGLES))
+    angles = said.each("", [f"{stepper}.angle" for stepper in of_all], TOWER_ANGLES)
     limits = FirmwareLimits(
         said.least("speed", "printer.max_velocity", "printer.max_z_velocity"),
         said.least("acceleration", "printer.max_accel", "printer.max_z_accel"),
@@ -516,38 +480,36 @@ def _klipper(said: _Sayings) -> tuple[KlipperDelta, FirmwareLimits]:
     return KlipperDelta(radius, angles, three(arms), three(ends)), limits
 
 
-def _marlin(said: _Sayings) -> tuple[MarlinDelta, FirmwareLimits]:
+def _marlin(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
     known = said.said.keys()
-    if not {"DELTA", "DELTA_RADIUS", "M665 R"} & known:
+    if not said.use("DELTA", "DELTA_RADIUS", "M665 R"):
         raise FirmwareError(said.file, "", "has no #define DELTA and no M665: it is of no delta")
-    said.used |= dict.fromkeys(known & {"DELTA"})
     if "M665 B" in known and not {"M665 A", "M665 C"} & known:
         said.notes.append("M665 B without A and C is the radius of a calibration: left out")
         del said.said["M665 B"]
-    if "M665 R" in known and "DELTA_RADIUS" not in known:
+    if "M665 R" in known and "DELTA" not in known:
         text = "DELTA_RADIUS_TRIM_TOWER, which Marlin does not print, is taken as 0"
         said.notes.append(f"{text}: name Configuration.h before this file to have it")
     offset = said.one("M851 Z")
-    probes = [name for name in PROBES if name in known]
-    if offset is None and probes:
-        said.used |= dict.fromkeys(probes)
+    if offset is None and said.use(*PROBES):
         offset = (said.numbers("NOZZLE_TO_PROBE_OFFSET") or [0.0])[-1]
     if offset:
         said.probe_offset = offset
         said.notes.append(f"after homing, z is DELTA_HEIGHT less {offset:g} mm, that of the probe")
+    none = (0.0, 0.0, 0.0)
     delta = MarlinDelta(
         said.needed("M665 H", "DELTA_HEIGHT", "MANUAL_Z_HOME_POS") - said.probe_offset,
-        said.each("DELTA_ENDSTOP_ADJ", _letters("M666")),
+        said.each("DELTA_ENDSTOP_ADJ", _letters("M666"), none),
         said.needed("M665 R", "DELTA_RADIUS"),
-        said.each("DELTA_RADIUS_TRIM_TOWER", ()),
+        three(said.numbers("DELTA_RADIUS_TRIM_TOWER") or none),
         said.needed("M665 L", "DELTA_DIAGONAL_ROD"),
-        said.each("DELTA_DIAGONAL_ROD_TRIM_TOWER", _letters("M665", "ABC")),
-        said.each("DELTA_TOWER_ANGLE_TRIM", _letters("M665")),
+        said.each("DELTA_DIAGONAL_ROD_TRIM_TOWER", _letters("M665", "ABC"), none),
+        said.each("DELTA_TOWER_ANGLE_TRIM", _letters("M665"), none),
     )
-    tool = ("M204 P", "M204 T") if "M204 P" in known else _TOOL
+    defined = ("DEFAULT_ACCELERATION", "DEFAULT_TRAVEL_ACCELERATION")
     limits = FirmwareLimits(
         None,
-        said.least("acceleration", *tool),
+        said.least("acceleration", *(_letters("M204", "PT") if "M204 P" in known else defined)),
         said.speeds("DEFAULT_MAX_FEEDRATE", "M203"),
         said.speeds("DEFAULT_MAX_ACCELERATION", "M201"),
         said.one("PRINTABLE_RADIUS", "DELTA_PRINTABLE_RADIUS", above=0.0, unit=MM),
@@ -555,27 +517,21 @@ def _marlin(said: _Sayings) -> tuple[MarlinDelta, FirmwareLimits]:
     return delta, limits
 
 
-_TOOL = ("DEFAULT_ACCELERATION", "DEFAULT_TRAVEL_ACCELERATION")
-
-
-def _letters(command: str, letters: str = "XYZ") -> list[str]:
-    return [f"{command} {letter}" for letter in letters]
-
-
-def _reprap(said: _Sayings) -> tuple[RepRapFirmwareDelta, FirmwareLimits]:
+def _reprap(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
     if said.one("M669 K") not in (None, 3.0):
         raise said.error("M669 K", "must be 3: a linear delta")
     said.level("M666 A", "M666 B")
     radius = said.needed("M665 R")
     rods = said.numbers("M665 L", above=radius)
     if len(rods) not in (1, 3):
-        raise FirmwareError(said.file, "", "M665 L is missing, or has neither one number nor three")
+        raise said.error("M665 L", "is missing, or has neither one number nor three")
+    none = (0.0, 0.0, 0.0)
     delta = RepRapFirmwareDelta(
         three(rods * (3 // len(rods))),
         radius,
         said.needed("M665 H"),
-        said.each("", _letters("M665")),
-        said.each("", _letters("M666")),
+        said.each("", _letters("M665"), none),
+        said.each("", _letters("M666"), none),
     )
     span = said.numbers("M208 Z", unit=MM)
     lowest = said.one("M208 Z S1", unit=MM)
@@ -586,3 +542,7 @@ def _reprap(said: _Sayings) -> tuple[RepRapFirmwareDelta, FirmwareLimits]:
         lowest=span[0] if lowest is None and len(span) == 2 else lowest,
     )
     return delta, limits
+
+
+def _letters(command: str, letters: str = "XYZ") -> list[str]:
+    return [f"{command} {letter}" for letter in letters]
