@@ -18,10 +18,18 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import replace
+from operator import sub
 from pathlib import Path
+from typing import NamedTuple
 
-from tri_glide_kinematics.calibration import Distance, MeasurementFile, Plate, Touch
+from tri_glide_kinematics.calibration import (
+    Distance,
+    MachineParameters,
+    MeasurementFile,
+    Plate,
+    Touch,
+)
 from tri_glide_kinematics.calibration.firmwares import MM, MarlinDelta
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.firmwares.reading import Firmware, FirmwareError, FirmwareSettings
@@ -33,13 +41,14 @@ from tri_glide_kinematics.vectors import three
 # Standard deviations of what a log does not say [m]: a good probe, a calliper on a printed part.
 TOUCH, DISTANCE = 2e-5, 5e-5
 
-# Numbers of Marlin are printed with two digits behind the point.
+# Marlin prints numbers with two digits behind the point.
 ROUNDED = 0.0101
 
-# The circle of the middle of G33 from P3 on, as part of the large one; an error that grows with the
+# The circle of the middle of G33 from P3 on, as part of the large one: an error that grows with the
 # square of the radius is so much, squared, of that on the large one.
 MIDDLE = 0.1
 ANGLES = {"x": 210.0, "y": 330.0, "z": 90.0, "yz": 30.0, "zx": 150.0, "xy": 270.0}
+DRY = "run G33 P3 V0, which prints all heights and changes nothing, and keep this command above it"
 
 NUMBER = r"([-+]?\d+(?:\.\d*)?)"
 SIGNS = re.compile(
@@ -54,27 +63,20 @@ G33 = re.compile(r"\bG33\b(?! Auto)([^*;]*)")
 IN_FORCE = re.compile(rf"\b(Height|Radius|[ET][xyz]):\s*{NUMBER}")
 CIRCLE = re.compile(rf"at radius:\s*{NUMBER}")
 RESULT = re.compile(rf"(?<!\w)(c|[xyz]|yz|zx|xy):\s*{NUMBER}")
+OVER = re.compile("Iteration|Calibration OK|End DRY")
 PLACE = re.compile(rf"^[^;]*\bG30\b[^;]*\bP(\d+)[^;]*?\bX{NUMBER}[^;]*?\bY{NUMBER}", re.IGNORECASE)
 HEIGHTS = re.compile(r"bed probe heights:([^,]*)", re.IGNORECASE)
-DRY = "run G33 P3 V0, which prints all heights and changes no setting"
+
+# Where the lines of a calibrated machine are typed, and what comes behind.
+TYPED = {
+    Firmware.KLIPPER: ("printer.cfg", "FIRMWARE_RESTART"),
+    Firmware.MARLIN: ("Configuration.h", "build and load the firmware; then M502 and M500"),
+    Firmware.REPRAP: ("config.g, or the console", "M500"),
+}
 
 
-@dataclass(frozen=True)
-class FirmwareLog:
-    """What a firmware measured.
-
-    Attributes:
-        measurements: with the machine of the settings as the nominal one.
-        notes: what a person has to know: what was assumed, and what was left out.
-    """
-
-    measurements: MeasurementFile
-    notes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class _Line:
-    file: Path
+class _Line(NamedTuple):
+    file: str | Path
     number: int
     text: str
 
@@ -82,16 +84,30 @@ class _Line:
         return FirmwareError(self.file, f"line {self.number}", reason)
 
 
-def is_log(file: str | Path) -> bool:
-    """Return whether a file has what a firmware measured.
+def check_no_log(file: str | Path) -> None:
+    """Check that a file of measurements is none of what a firmware measured.
 
     Raises:
+        FirmwareError: if it is, as settings are missing then.
         TableError: if it cannot be read.
     """
-    return SIGNS.search(table_text(file)) is not None
+    if SIGNS.search(table_text(file)):
+        reason = "is what a firmware measured: name its settings of that moment with --settings"
+        raise FirmwareError(file, "", reason)
 
 
-def load_log(files: Sequence[str | Path], settings: FirmwareSettings) -> FirmwareLog:
+def firmware_lines(machine: MachineParameters, settings: FirmwareSettings) -> str:
+    """Return what to type into a firmware for a machine that was calibrated with its settings."""
+    made = type(settings.delta).of(machine, settings.end_stops).settings
+    if isinstance(made, MarlinDelta):
+        made = replace(made, height=made.height + settings.probe_offset)
+    file, command = TYPED[settings.firmware]
+    return f"lines for {file}, in place of the old ones:\n\n{made}\n\nnext: {command}"
+
+
+def load_log(
+    files: Sequence[str | Path], settings: FirmwareSettings
+) -> tuple[MeasurementFile, tuple[str, ...]]:
     """Read what a firmware measured.
 
     Args:
@@ -100,13 +116,16 @@ def load_log(files: Sequence[str | Path], settings: FirmwareSettings) -> Firmwar
             what G32 printed and ``bed.g``.
         settings: with which it was measured.
 
+    Returns:
+        Measurements about the machine of the settings, and what a person has to know of them.
+
     Raises:
         FirmwareError: if there is nothing in it, it is none of single touches, a place is not
             known, or a number has no meaning; it names file and line.
         TableError: if a file cannot be read.
     """
     log = _Log(settings)
-    for file in map(Path, files):
+    for file in files:
         texts = enumerate(table_text(file).split("\n"), 1)
         log.lines += [_Line(file, number, text) for number, text in texts]
     readers = {Firmware.KLIPPER: _klipper, Firmware.MARLIN: _marlin, Firmware.REPRAP: _reprap}
@@ -115,13 +134,15 @@ def load_log(files: Sequence[str | Path], settings: FirmwareSettings) -> Firmwar
         kind = settings.firmware.value
         reason = f"has nothing that {kind} measured, and the settings are of {kind}"
         raise FirmwareError(files[0], "", reason)
-    log.notes.append(
-        f"assumed (standard deviations): touches within {MM * TOUCH:g} mm, distances within "
-        f"{MM * DISTANCE:g} mm"
+    touches, distances = (
+        f"touches within {MM * TOUCH:g} mm",
+        f"distances within {MM * DISTANCE:g} mm",
     )
-    touches, distances = tuple(log.touches), tuple(log.distances)
-    content = MeasurementFile(settings.machine, touches=touches, distances=distances)
-    return FirmwareLog(content, tuple(log.notes))
+    log.notes.append(f"assumed (standard deviations): {touches}, {distances}")
+    content = MeasurementFile(
+        settings.machine, touches=tuple(log.touches), distances=tuple(log.distances)
+    )
+    return content, tuple(log.notes)
 
 
 class _Log:
@@ -137,38 +158,38 @@ class _Log:
 
     def said(self, name: str, otherwise: float = 0.0) -> list[float]:
         """Return the numbers of a setting, or this one."""
-        if name not in self.settings.said:
+        where = self.settings.said.get(name)
+        if where is None:
             return [otherwise]
-        where = self.settings.said[name]
-        line = _Line(Path(where.file), where.line, where.text)
-        return _numbers(line, where.text.strip("{} "), name)
+        return _numbers(_Line(where.file, where.line, ""), where.text.strip("{} "), name)
 
     def touch(self, line: _Line, x: float, y: float, z: float, spread: float = 0.0) -> None:
         """Add a touch of the nozzle; ``spread`` adds to its standard deviation [mm]."""
         with _told(line):
             heights = self.machine.inverse((x / MM, y / MM, z / MM))
-            deviation = math.hypot(TOUCH, spread / MM)
-            self.touches.append(Touch(heights, standard_deviation=deviation))
-
-    def behind(self, line: _Line) -> None:
-        """Note that what stands below was measured with other settings."""
-        place = f"{line.file}, line {line.number}"
-        self.notes.append(
-            f"{place}: settings are changed here; what was measured later is left out"
-        )
-
-    def probe_offset(self) -> tuple[float, float]:
-        """Return where the probe is from the nozzle [mm]."""
-        if {"NOZZLE_AS_PROBE", "SENSORLESS_PROBING"} & self.settings.said.keys():
-            return 0.0, 0.0
-        x, y = [*self.said("NOZZLE_TO_PROBE_OFFSET"), 0.0][:2]
-        code = "G31" if self.settings.firmware is Firmware.REPRAP else "M851"
-        return self.said(f"{code} X", x)[0], self.said(f"{code} Y", y)[0]
+            self.touches.append(Touch(heights, Plate(), math.hypot(TOUCH, spread / MM)))
 
     def probed(self, line: _Line, x: float, y: float, z: float) -> None:
         """Add a touch of the probe at this place."""
         x_offset, y_offset = self.probe_offset()
         self.touch(line, x - x_offset, y - y_offset, z)
+
+    def probe_offset(self) -> tuple[float, float]:
+        """Return where the probe is from the nozzle."""
+        if {"NOZZLE_AS_PROBE", "SENSORLESS_PROBING"} & self.settings.said.keys():
+            return 0.0, 0.0
+        both = [*self.said("NOZZLE_TO_PROBE_OFFSET"), 0.0]
+        code = "G31" if self.settings.firmware is Firmware.REPRAP else "M851"
+        older = (
+            self.said(f"{axis}_PROBE_OFFSET_FROM_EXTRUDER", at)[0] for axis, at in zip("XY", both)
+        )
+        x, y = (self.said(f"{code} {axis}", at)[0] for axis, at in zip("XY", older))
+        return x, y
+
+    def end_at(self, line: _Line) -> None:
+        """Note that what stands below was measured with other settings."""
+        reason = "settings are changed here; what was measured later is left out"
+        self.notes.append(str(line.error(reason)))
 
 
 @contextmanager
@@ -180,8 +201,8 @@ def _told(line: _Line) -> Iterator[None]:
         raise line.error(str(error)) from error
 
 
-def _numbers(line: _Line, text: str, name: str, count: int | None = None) -> list[float]:
-    """Return numbers between commas.
+def _numbers(line: _Line, text: str, name: str, count: int = 0) -> list[float]:
+    """Return numbers between commas: so many of them, or any with 0.
 
     Raises:
         FirmwareError: if one is none, or there are not as many.
@@ -189,45 +210,35 @@ def _numbers(line: _Line, text: str, name: str, count: int | None = None) -> lis
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
-        numbers = []
-    if (
-        not numbers
-        or len(numbers) != (count or len(numbers))
-        or not all(map(math.isfinite, numbers))
-    ):
-        wanted = "numbers" if count is None else f"{count} numbers" if count > 1 else "a number"
+        numbers = [math.nan]
+    if not all(map(math.isfinite, numbers)) or count not in (0, len(numbers)):
+        wanted = f"{count} numbers" if count > 1 else "a number"
         raise line.error(f"{name} is {shortened(text.strip())}, must be {wanted}")
     return numbers
 
 
 def _klipper(log: _Log) -> None:
-    found: dict[tuple[str, int], dict[str, tuple[_Line, str]]] = {}
+    found: dict[tuple[str, str], dict[str, tuple[_Line, str]]] = {}
     for line in log.lines:
         kept = KEPT.match(line.text)
         if kept is not None:
             # As Klipper does: what stands above wins.
-            found.setdefault((kept[1], int(kept[2][:9])), {}).setdefault(kept[3], (line, kept[4]))
+            found.setdefault((kept[1], kept[2]), {}).setdefault(kept[3], (line, kept[4]))
     if found:
-        log.notes.append("here touch 1 and distance 1 are height0 and distance0, and so on")
+        log.notes.append(
+            "touch 1 and distance 1 are height0 and distance0, and so on as in the file"
+        )
     steps = [_step(log, f"stepper_{tower}") for tower in "abc"] if found else []
     for (kind, index), given in found.items():
-        name, fields = f"{kind}{index}", FIELDS[kind.rpartition("_")[2]]
+        name, fields = kind + index, FIELDS[kind.removeprefix("manual_")]
         line = next(iter(given.values()))[0]
-        for field in (*fields, *given):
-            if field not in given or field not in fields:
-                what = "is missing" if field in fields else "is no field of it"
-                must = " and ".join(name + each for each in fields)
-                raise line.error(f"{name}{field} {what}: there must be {must}")
-        ((value,), *places) = (
-            _numbers(*given[field], name + field, 3 if field else 1) for field in fields
-        )
-        ends = [
-            three(
-                end - step * count / MM
-                for end, step, count in zip(log.settings.end_stops, steps, place)
-            )
-            for place in places
-        ]
+        if set(given) != set(fields):
+            has, must = (" and ".join(name + each for each in some) for some in (given, fields))
+            raise line.error(f"has {has}: there must be {must}")
+        numbers = [_numbers(*given[each], name + each, 3 if each else 1) for each in fields]
+        (value,), *places = numbers
+        moves = [[step * count / MM for step, count in zip(steps, place)] for place in places]
+        ends = [three(map(sub, log.settings.end_stops, move)) for move in moves]
         with _told(line):
             if kind == "distance":
                 log.distances.append(Distance(ends[0], ends[1], value / MM, DISTANCE))
@@ -238,112 +249,92 @@ def _klipper(log: _Log) -> None:
 
 def _step(log: _Log, stepper: str) -> float:
     """Return how far a tower moves in one step [mm]."""
-    if f"{stepper}.step_distance" in log.settings.said:
+    said = log.settings.said
+    if f"{stepper}.step_distance" in said:
         return log.said(f"{stepper}.step_distance")[0]
-    names = [f"{stepper}.{name}" for name in ("rotation_distance", "microsteps")]
-    missing = [name for name in names if name not in log.settings.said]
-    if missing:
-        raise log.lines[0].error(f"counts steps, and {missing[0]} is missing in the settings")
-    (rotation,), (microsteps,) = map(log.said, names)
-    (full,) = log.said(f"{stepper}.full_steps_per_rotation", 200.0)
-    gears = log.settings.said.get(f"{stepper}.gear_ratio")
-    ratios = re.findall(r"([\d.]+)\s*:\s*([\d.]+)", gears.text) if gears else []
-    with _told(log.lines[0]):
-        try:
-            gearing = math.prod(float(driven) / float(driving) for driven, driving in ratios)
-            return rotation / (full * microsteps * gearing)
-        except (ValueError, ZeroDivisionError):
-            raise KinematicsError(f"no steps follow from the settings of {stepper}") from None
+    gears = said[f"{stepper}.gear_ratio"].text if f"{stepper}.gear_ratio" in said else ""
+    steps = log.said(f"{stepper}.full_steps_per_rotation", 200.0)[0]
+    for driven, driving in re.findall(rf"{NUMBER}\s*:\s*{NUMBER}", gears):
+        steps *= float(driven) / (float(driving) or math.nan)
+    for name in ("microsteps", "rotation_distance"):
+        if f"{stepper}.{name}" not in said:
+            raise log.lines[0].error(f"counts steps, and the settings have no {stepper}.{name}")
+    steps *= log.said(f"{stepper}.microsteps")[0]
+    step = log.said(f"{stepper}.rotation_distance")[0] / (steps or math.nan)
+    if not step > 0.0:
+        raise log.lines[0].error(f"counts steps, and those of {stepper} are none in the settings")
+    return step
 
 
 def _marlin(log: _Log) -> None:
     command: str | None = None
-    session: _Session | None = None
+    run: list[_Line] = []
     for line in log.lines:
         place, asked = G30.search(line.text), G33.search(line.text)
-        if place is not None:
+        if "G33 Auto Calibrate" in line.text:
+            run = [line]
+        elif run and OVER.search(line.text):
+            _g33(log, run, command)
+            run, command = [], None
+            if "DRY" not in line.text:
+                log.end_at(line)
+                return
+        elif run:
+            run.append(line)
+        elif place is not None:
             log.probed(line, *map(float, place.groups()))
-        elif "G33 Auto Calibrate" in line.text:
-            session, command = _Session(log, line, command), None
         elif asked is not None:
             command = asked[1].upper()
-        elif session is not None and session.takes(line):
-            session.finish()
-            session = None
-            if "DRY" not in line.text:
-                log.behind(line)
-                return
-    if session is not None:
-        session.finish()
+    if run:
+        _g33(log, run, command)
 
 
-class _Session:
-    """One run of G33, with the command behind it if the log has that."""
+def _g33(log: _Log, run: list[_Line], command: str | None) -> None:
+    """Add the touches of the first round of G33.
 
-    def __init__(self, log: _Log, line: _Line, command: str | None) -> None:
-        self.log, self.line, self.command = log, line, command
-        self.radius: float | None = None
-        self.heights: dict[str, float] = {}
-
-    def takes(self, line: _Line) -> bool:
-        """Take what a line says; return whether the first round of probes is over.
-
-        Raises:
-            FirmwareError: if other settings were in force.
-        """
+    Raises:
+        FirmwareError: if the heights are none of single touches, it is not known where they were,
+            or other settings were in force.
+    """
+    delta = log.settings.delta
+    assert isinstance(delta, MarlinDelta)
+    known = {"Height": delta.height + log.settings.probe_offset, "Radius": delta.radius}
+    for kind, values in (("E", delta.endstop_adj), ("T", delta.tower_angle_trim)):
+        known |= {kind + axis: value for axis, value in zip("xyz", values)}
+    heights: dict[str, float] = {}
+    radius: float | None = None
+    for line in run:
+        for name, text in IN_FORCE.findall(line.text):
+            if abs(float(text) - known[name]) > ROUNDED:
+                reason = f"{name} was {text}, and is {known[name]:g} in the settings"
+                raise line.error(f"{reason}: name those of that moment, as M503 prints them")
         circle = CIRCLE.search(line.text)
-        self.radius = float(circle[1]) if circle else self.radius
-        delta = self.log.settings.delta
-        if isinstance(delta, MarlinDelta) and not self.heights:
-            all_three = {"E": delta.endstop_adj, "T": delta.tower_angle_trim}
-            height = delta.height + self.log.settings.probe_offset
-            known = {"Height": height, "Radius": delta.radius} | {
-                f"{kind}{axis}": each
-                for kind, values in all_three.items()
-                for axis, each in zip("xyz", values)
-            }
-            for name, text in IN_FORCE.findall(line.text):
-                if abs(float(text) - known[name]) > ROUNDED:
-                    reason = f"{name} was {text}, and is {known[name]:g} in the settings"
-                    raise line.error(f"{reason}: name those of that moment, as M503 prints them")
-        is_over = re.search(r"Iteration|Calibration OK|End DRY", line.text)
-        if is_over is None:
-            self.heights |= {name: float(text) for name, text in RESULT.findall(line.text)}
-        return is_over is not None
-
-    def finish(self) -> None:
-        """Add the touches.
-
-        Raises:
-            FirmwareError: if the heights are none of single touches, or it is not known where.
-        """
-        words = dict(re.findall(r"([A-Z])\s*(-?[\d.]*)", self.command or ""))
-        points = words.get("P")
-        if points is None and self.command is not None:
-            points = f"{self.log.said('DELTA_CALIBRATION_DEFAULT_POINTS', 4.0)[0]:g}"
-        reason = ""
-        if not self.heights:
-            reason = "no heights are printed"
-        elif "O" in words:
-            reason = "with O, Marlin probes beside the circle"
-        elif points is None and {"x", "yz"} <= self.heights.keys():
-            reason = "from P4 on heights are means of several places, and the command is not there"
-        elif points not in (None, "1", "2", "3"):
-            reason = f"with P{points}, heights are means of several places, or none: no touches"
-        if reason:
-            raise self.line.error(f"{reason}: {DRY}, and keep this command above what it prints")
-        middle = self.heights.pop("c", None)
-        radius = self.radius
-        if radius is None and self.heights:
-            radius = _circle(self.log, self.line) - float(words.get("R") or 0.0)
-        for name, height in self.heights.items():
-            angle = math.radians(ANGLES[name])
-            x, y = (radius or 0.0) * math.cos(angle), (radius or 0.0) * math.sin(angle)
-            self.log.touch(self.line, x, y, height)
-        if middle is not None:
-            bowl = max((abs(height - middle) for height in self.heights.values()), default=0.0)
-            is_mean = len(self.heights) > 3
-            self.log.touch(self.line, 0.0, 0.0, middle, MIDDLE**2 * bowl if is_mean else 0.0)
+        radius = float(circle[1]) if circle else radius
+        heights |= {name: float(text) for name, text in RESULT.findall(line.text)}
+    words = dict(re.findall(r"([A-Z])\s*(-?[\d.]*)", command or ""))
+    usual = f"{log.said('DELTA_CALIBRATION_DEFAULT_POINTS', 4.0)[0]:g}"
+    points = None if command is None else words.get("P", usual)
+    reason = ""
+    if not heights:
+        reason = "no heights are printed"
+    elif "O" in words:
+        reason = "with O, Marlin probes beside the circle"
+    elif points is None and {"x", "yz"} <= heights.keys():
+        reason = "from P4 on heights are means of several places, and the command is not there"
+    elif points not in (None, "1", "2", "3"):
+        reason = f"with P{points}, heights are means of several places, or none: no touches"
+    if reason:
+        raise run[0].error(f"{reason}: {DRY}")
+    middle = heights.pop("c", 0.0)
+    if heights and radius is None:
+        radius = _circle(log, run[0]) - _numbers(run[0], words.get("R") or "0", "R", 1)[0]
+    for name, height in heights.items():
+        turn = math.radians(ANGLES[name])
+        log.touch(
+            run[0], (radius or 0.0) * math.cos(turn), (radius or 0.0) * math.sin(turn), height
+        )
+    bowl = max((abs(each - middle) for each in heights.values()), default=0.0)
+    log.touch(run[0], 0.0, 0.0, middle, MIDDLE**2 * bowl if len(heights) > 3 else 0.0)
 
 
 def _circle(log: _Log, line: _Line) -> float:
@@ -358,7 +349,7 @@ def _circle(log: _Log, line: _Line) -> float:
 
 
 def _reprap(log: _Log) -> None:
-    places: dict[int, tuple[float, float]] = {}
+    places: dict[str, tuple[float, float]] = {}
     rows: list[tuple[_Line, list[str]]] = []
     is_over = False
     lines = iter(log.lines)
@@ -367,7 +358,7 @@ def _reprap(log: _Log) -> None:
         if "RepRapFirmware height map file" in line.text:
             _height_map(log, lines, line)
         elif place is not None:
-            places[int(place[1][:9])] = float(place[2]), float(place[3])
+            places[place[1]] = float(place[2]), float(place[3])
         elif heights is not None and not is_over:
             rows.append((line, re.findall(r"not set|probing failed|\S+", heights[1])))
         elif re.search(r"Calibrated \d+ factors", line.text):
@@ -375,16 +366,17 @@ def _reprap(log: _Log) -> None:
             if not rows:
                 reason = "this calibration prints no heights: write S-1 at the last G30 of bed.g"
                 raise line.error(f"{reason}, and run G32 with the settings of before")
-            log.behind(line)
+            log.end_at(line)
     for line, texts in rows:
         for index, text in enumerate(texts):
             if text in ("not set", "probing failed"):
-                log.notes.append(f"{line.file}, line {line.number}: P{index}: {text}")
-                continue
-            if index not in places:
-                reason = f"nobody says where P{index} is: name bed.g, too, with its G30 P{index}"
-                raise line.error(f"{reason} X... Y...")
-            log.probed(line, *places[index], *_numbers(line, text, f"height of P{index}", 1))
+                log.notes.append(str(line.error(f"P{index}: {text}")))
+            elif str(index) in places:
+                x, y = places[str(index)]
+                log.probed(line, x, y, _numbers(line, text, f"height of P{index}", 1)[0])
+            else:
+                reason = f"nobody says where P{index} is: name bed.g with --places"
+                raise line.error(f"{reason}, with its G30 P{index} X... Y...")
 
 
 def _height_map(log: _Log, lines: Iterator[_Line], first: _Line) -> None:
