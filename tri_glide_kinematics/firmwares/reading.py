@@ -42,6 +42,7 @@ DEEPEST = 8  # of files that include others, and of names that stand for others
 LONGEST = 300  # expression
 LARGEST = 1e7  # of all numbers, in the units of the firmware
 MINUTE = 60.0  # s
+NONE = (0.0, 0.0, 0.0)
 
 SAVED = re.compile(r"^#\*# <-+ SAVE_CONFIG -+>", re.M)
 INCLUDE = re.compile(r"^\[include\b(.*)\][^\n\]]*$", re.M)
@@ -52,9 +53,10 @@ ASKED = re.compile(r"\b(ENABLED|DISABLED|EITHER|ANY|BOTH|ALL|NONE|defined)\s*\((
 EXPRESSION = re.compile(r"(?:(?!\*\*)[-+*().\d\seE]|and|or|not)+")
 # A command, also as a host has logged it, and its words.
 COMMAND = re.compile(r"(?:.*\b(?:Recv|Send): ?)?(?:echo:)?(\s*)([GM])0*(\d+)(?![\d.])(.*)", re.I)
-COMMANDS = "M665 M666 M201 M203 M204 M208 M669 M851 M98 M501 G20 G31".split()
+COMMANDS = "M665 M666 M201 M203 M204 M208 M669 M851 M98 M501 G20".split()
 WORD = re.compile(r'\s*([A-Z])\s*("[^"]*"|\{[^}]*\}|[-+.:\d]*)')
 
+ON = ("", "1", "true")
 NO_NUMBER = (ValueError, TypeError, KeyError, ArithmeticError, SyntaxError, MemoryError)
 
 # With a probe, Marlin counts the height after homing from where the probe touches.
@@ -83,6 +85,11 @@ class Firmware(Enum):
 
 class FirmwareError(FileError):
     """A file of a firmware cannot be read, or something in it has no meaning here."""
+
+    def __init__(self, file: str | Path, place: str, reason: str) -> None:
+        """Store the ``file``, the ``place`` in it and the ``reason``, in one line."""
+        place, reason = (re.sub(r"[^ -~°-ÿ]", "?", text) for text in (place, reason))
+        super().__init__(file, place, reason)
 
 
 @dataclass(frozen=True)
@@ -189,17 +196,9 @@ def settings_of(firmware: Firmware, files: Sequence[tuple[Path, str]]) -> Firmwa
         machine = delta.machine()
     except KinematicsError as error:
         raise FirmwareError(files[0][0], "", f"is of no working machine: {error}") from error
-    return FirmwareSettings(
-        firmware,
-        delta,
-        MachineParameters(machine.geometry),
-        machine.height_offsets,
-        limits,
-        tuple(sayings.notes),
-        sayings.said,
-        tuple(sayings.used),
-        sayings.probe_offset,
-    )
+    found = MachineParameters(machine.geometry), machine.height_offsets, limits
+    told = tuple(sayings.notes), sayings.said, tuple(sayings.used), sayings.probe_offset
+    return FirmwareSettings(firmware, delta, *found, *told)
 
 
 def _text_of(file: Path) -> str:
@@ -240,9 +239,8 @@ class _Sayings:
 
     def error(self, name: str, reason: str) -> FirmwareError:
         where = self.said.get(name, Said("", str(self.file)))
-        return FirmwareError(
-            where.file, f"line {where.line}" * bool(where.line), f"{name} {reason}"
-        )
+        place = f"line {where.line}" if where.line else ""
+        return FirmwareError(where.file, place, f"{name} {reason}")
 
     def use(self, *names: str) -> str:
         """Return the first of these names that is there; empty if none is."""
@@ -277,17 +275,19 @@ class _Sayings:
             raise self.error(" or ".join(names), "is missing")
         return number
 
-    def each(self, name: str, letters: Sequence[str], otherwise: Sequence[float]) -> Vector3:
+    def each(
+        self, name: str, letters: Sequence[str], otherwise: Sequence[float], most: int = 4
+    ) -> Vector3:
         """Return the numbers of three towers: under one name, or each under its own."""
-        values = self.numbers(name)[:3] or otherwise
-        if len(values) < 3:
+        values = self.numbers(name)[:most] or otherwise
+        if len(values) != 3:
             raise self.error(name, f"has {len(values)} numbers, must have three")
         found = [self.one(each) for each in letters]
         return three([value if each is None else each for each, value in zip(found, values)])
 
     def speeds(self, name: str, command: str) -> Vector3 | None:
         """Return limits of three towers in SI; None if one of them is missing."""
-        values = self.each(name, _letters(command), [math.nan] * 3)
+        values = self.each(name, _letters(command), [math.nan] * 3, most=3)
         if min(values) <= 0.0:
             raise self.error(self.use(name, f"{command} X"), "must be greater than 0")
         return None if math.isnan(sum(values)) else three([value / MM for value in values])
@@ -323,15 +323,17 @@ class _Sayings:
 
 def _scan_klipper(file: Path, text: str, sayings: _Sayings) -> None:
     head, *block = SAVED.split(text, maxsplit=1)
-    lines = block[0].split("\n") if block else []
-    for number, line in enumerate(lines[1:], head.count("\n") + 2):
-        if line.strip() and not line.startswith("#*#"):
+    first = head.count("\n") + 1
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.strip() and number != first and line.startswith("#*# ") > (number > first):
+            raise FirmwareError(file, f"line {number}", "begins with #*#, above any SAVE_CONFIG")
+        if line.strip() and not line.startswith("#*#") and number > first:
             reason = "below SAVE_CONFIG a line must begin with #*#: else Klipper reads none of them"
             raise FirmwareError(file, f"line {number}", reason)
     _scan_options(file, head, sayings.said, [])
     saved: dict[str, Said] = {}
     # The remarks at the head of what is saved end where its first section begins.
-    plain = "\n".join(line[4:] for line in lines)
+    plain = re.sub("^.{0,4}", "", "".join(block), flags=re.M)
     _scan_options(file, plain[(plain + "[").index("[") :], saved, [])
     for name, where in saved.items():
         kept = sayings.said.setdefault(name, where)
@@ -386,13 +388,14 @@ def _scan_header(file: Path, text: str, sayings: _Sayings) -> None:
         word, name, rest = directive.groups()
         doubt = next((f" (if line {each[2]} holds)" for each in branches if each[0] is None), "")
         if word in ("if", "ifdef", "ifndef"):
-            holds = _holds(word, name + rest, sayings)
+            asked = {"if": "{}", "ifdef": "defined({})", "ifndef": "!defined({})"}[word]
+            holds = _holds(asked.format(name + rest), sayings)
             branches.append((holds, holds, number))
         elif word in ("elif", "else", "endif"):
             if not branches:
                 raise FirmwareError(file, f"line {number}", f"#{word} has no #if")
             _, past, first = branches.pop()
-            holds = word == "else" or _holds(word, name + rest, sayings)
+            holds = word == "else" or _holds(name + rest, sayings)
             if word != "endif":
                 now = False if past else None if past is None and holds else holds
                 branches.append((now, holds if holds or past is False else past, first))
@@ -404,17 +407,13 @@ def _scan_header(file: Path, text: str, sayings: _Sayings) -> None:
         raise FirmwareError(file, f"line {branches[-1][2]}", "#if has no #endif: is it cut off?")
 
 
-def _holds(word: str, text: str, sayings: _Sayings) -> bool | None:
+def _holds(text: str, sayings: _Sayings) -> bool | None:
     """Return whether a condition of C holds; None if it is not understood."""
-    said = sayings.said
-    if word in ("ifdef", "ifndef"):
-        return (text.strip() in said) == (word == "ifdef")
 
     def answer(asked: re.Match[str]) -> str:
-        names = asked[2].replace(" ", "").split(",")
-        on = [name in said and said[name].text in ("", "1", "true") for name in names]
-        if asked[1] == "defined":
-            on = [name in said for name in names]
+        found = [sayings.said.get(name.strip()) for name in asked[2].split(",")]
+        any_text = asked[1] == "defined"
+        on = [each is not None and (any_text or each.text in ON) for each in found]
         is_on = all(on) if asked[1] in ("BOTH", "ALL") else any(on)
         return f" {int(is_on != (asked[1] in ('DISABLED', 'NONE')))} "
 
@@ -437,20 +436,15 @@ def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: list[Path]) 
         words = dict(WORD.findall(rest))
         other = file.parent / words.get("P", "config-override.g").strip('"').rpartition("/")[2]
         runs = is_reprap and command in ("M98", "M501")
-        reason = ""
-        if command == "G20":
-            reason = "G20 (inches) is not read: only millimetres are"
-        elif is_reprap and found[1]:
-            reason = f"{command} depends on a condition, which is not read"
-        elif WORD.sub("", rest).strip():
-            reason = f"{shortened(line.strip())} is not understood"
-        elif runs and (len(trail) > DEEPEST or other.resolve() in (*trail, file.resolve())):
-            reason = f"{command} leads in a circle"
-        if reason and command == "G31":
-            # Only logs need the place of the probe.
-            continue
-        if reason:
-            raise FirmwareError(file, f"line {number}", reason)
+        reasons = (
+            (command == "G20", "G20 (inches) is not read: only millimetres are"),
+            (is_reprap and found[1], f"{command} depends on a condition, which is not read"),
+            (WORD.sub("", rest).strip(), f"{shortened(line.strip())} is not understood"),
+            (runs and other.resolve() in (*trail, file.resolve()), f"{command} leads in a circle"),
+        )
+        for is_wrong, reason in reasons:
+            if is_wrong:
+                raise FirmwareError(file, f"line {number}", reason)
         if runs and other.is_file():
             _scan_commands(other, _text_of(other), sayings, [*trail, file.resolve()])
         elif runs:
@@ -463,8 +457,9 @@ def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: list[Path]) 
 
 def _klipper(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
     kind = said.use("printer.kinematics")
-    if kind and said.said[kind].text != "delta":
-        raise said.error(kind, f"is {shortened(said.said[kind].text)}, must be delta")
+    kinematics = said.said[kind].text if kind else "delta"
+    if kinematics != "delta":
+        raise said.error(kind, f"is {shortened(kinematics)}, must be delta")
     said.level("bed_tilt.x_adjust", "bed_tilt.y_adjust")
     radius = said.needed("printer.delta_radius")
     of_all = [f"stepper_{tower}" for tower in "abc"]
@@ -493,18 +488,17 @@ def _marlin(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
     offset = said.one("M851 Z")
     if offset is None and said.use(*PROBES):
         offset = (said.numbers("NOZZLE_TO_PROBE_OFFSET") or [0.0])[-1]
+    said.probe_offset = offset or 0.0
     if offset:
-        said.probe_offset = offset
         said.notes.append(f"after homing, z is DELTA_HEIGHT less {offset:g} mm, that of the probe")
-    none = (0.0, 0.0, 0.0)
     delta = MarlinDelta(
         said.needed("M665 H", "DELTA_HEIGHT", "MANUAL_Z_HOME_POS") - said.probe_offset,
-        said.each("DELTA_ENDSTOP_ADJ", _letters("M666"), none),
+        said.each("DELTA_ENDSTOP_ADJ", _letters("M666"), NONE),
         said.needed("M665 R", "DELTA_RADIUS"),
-        three(said.numbers("DELTA_RADIUS_TRIM_TOWER") or none),
+        said.each("DELTA_RADIUS_TRIM_TOWER", [""] * 3, NONE),
         said.needed("M665 L", "DELTA_DIAGONAL_ROD"),
-        said.each("DELTA_DIAGONAL_ROD_TRIM_TOWER", _letters("M665", "ABC"), none),
-        said.each("DELTA_TOWER_ANGLE_TRIM", _letters("M665"), none),
+        said.each("DELTA_DIAGONAL_ROD_TRIM_TOWER", _letters("M665", "ABC"), NONE),
+        said.each("DELTA_TOWER_ANGLE_TRIM", _letters("M665"), NONE),
     )
     defined = ("DEFAULT_ACCELERATION", "DEFAULT_TRAVEL_ACCELERATION")
     limits = FirmwareLimits(
@@ -525,14 +519,9 @@ def _reprap(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
     rods = said.numbers("M665 L", above=radius)
     if len(rods) not in (1, 3):
         raise said.error("M665 L", "is missing, or has neither one number nor three")
-    none = (0.0, 0.0, 0.0)
-    delta = RepRapFirmwareDelta(
-        three(rods * (3 // len(rods))),
-        radius,
-        said.needed("M665 H"),
-        said.each("", _letters("M665"), none),
-        said.each("", _letters("M666"), none),
-    )
+    turns, ends = (said.each("", _letters(code), NONE) for code in ("M665", "M666"))
+    rods = rods * (3 // len(rods))
+    delta = RepRapFirmwareDelta(three(rods), radius, said.needed("M665 H"), turns, ends)
     span = said.numbers("M208 Z", unit=MM)
     lowest = said.one("M208 Z S1", unit=MM)
     limits = FirmwareLimits(

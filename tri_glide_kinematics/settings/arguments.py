@@ -293,7 +293,12 @@ def file_values(path: str, node: str, table: Iterable[Parameter], *later: str) -
     check_sources([ParameterSource(each, sections_of(each)) for each in (path, *later)], node)
     sections: list[tuple[str, dict[str, Any]]] = []
     for each in (path, *later):
-        sections += _contents(yaml.load(Path(each).read_text(encoding="utf-8"), LOADER), "")
+        try:
+            sections += _contents(yaml.load(Path(each).read_text(encoding="utf-8"), LOADER), "")
+        except (yaml.YAMLError, ValueError, RecursionError) as error:
+            # A list for a key, for instance, or a date that is none.
+            reason = " ".join(str(error).split())
+            raise ParameterError(f"parameter file {each}: {reason}") from error
     found: dict[str, Any] = {}
     # An entry for a node by its name wins over one for all nodes, in whatever file.
     for section, content in sorted(sections, key=lambda each: "*" not in each[0]):
@@ -317,7 +322,8 @@ def check_names(names: Iterable[str], own: Collection[str], known: Collection[st
         ParameterError: if one is not known; the nearest name is told.
     """
     texts = []
-    for name in names:
+    # A key of YAML may be a number.
+    for name in map(str, names):
         if name not in own and name not in known:
             nearest = get_close_matches(name, own, n=1) or get_close_matches(name, known, n=1)
             texts.append(f"{name} (did you mean {nearest[0]}?)" if nearest else name)

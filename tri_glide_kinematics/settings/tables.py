@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeAlias
 
+from tri_glide_kinematics.checks import plain_float
 from tri_glide_kinematics.dynamics import MIDDLE, STANDARD_GRAVITY
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, OutOfBoundsError
 from tri_glide_kinematics.motion.shaping import (
@@ -128,7 +129,7 @@ class Parameter:
 
     def _checked(self, name: str, value: Value) -> Value:
         if self.element_type is float and type(value) is int:
-            value = float(value)
+            value = plain_float(name, value)
         if type(value) is not self.element_type:
             wanted = TYPE_NAMES[self.element_type]
             raise ParameterError(f"{name} = {_shown(value)} must be a {wanted}")
