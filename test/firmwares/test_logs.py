@@ -11,8 +11,7 @@ from mutations import mutated
 from soak import many, seed
 
 from testing.wrong_machines import ring
-from tri_glide_kinematics.calibration import MachineParameters, Priors
-from tri_glide_kinematics.calibration.firmwares import KlipperDelta
+from tri_glide_kinematics.calibration import KlipperDelta, MachineParameters, Priors
 from tri_glide_kinematics.calibration.fit import NoMachineThereError
 from tri_glide_kinematics.calibration.session import solved
 from tri_glide_kinematics.errors import KinematicsError

@@ -24,13 +24,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tri_glide_kinematics.calibration import (
+    MM,
     Distance,
     MachineParameters,
+    MarlinDelta,
     MeasurementFile,
     Plate,
     Touch,
 )
-from tri_glide_kinematics.calibration.firmwares import MM, MarlinDelta
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.firmwares.reading import Firmware, FirmwareError, FirmwareSettings
 from tri_glide_kinematics.keys import shortened
@@ -78,7 +79,7 @@ TYPED = {
 class _Line(NamedTuple):
     file: str | Path
     number: int
-    text: str
+    content: str
 
     def error(self, reason: str) -> FirmwareError:
         return FirmwareError(self.file, f"line {self.number}", reason)
@@ -220,7 +221,7 @@ def _numbers(line: _Line, text: str, name: str, count: int = 0) -> list[float]:
 def _klipper(log: _Log) -> None:
     found: dict[tuple[str, str], dict[str, tuple[_Line, str]]] = {}
     for line in log.lines:
-        kept = KEPT.match(line.text)
+        kept = KEPT.match(line.content)
         if kept is not None:
             # As Klipper does: what stands above wins.
             found.setdefault((kept[1], kept[2]), {}).setdefault(kept[3], (line, kept[4]))
@@ -270,13 +271,13 @@ def _marlin(log: _Log) -> None:
     command: str | None = None
     run: list[_Line] = []
     for line in log.lines:
-        place, asked = G30.search(line.text), G33.search(line.text)
-        if "G33 Auto Calibrate" in line.text:
+        place, asked = G30.search(line.content), G33.search(line.content)
+        if "G33 Auto Calibrate" in line.content:
             run = [line]
-        elif run and OVER.search(line.text):
+        elif run and OVER.search(line.content):
             _g33(log, run, command)
             run, command = [], None
-            if "DRY" not in line.text:
+            if "DRY" not in line.content:
                 log.end_at(line)
                 return
         elif run:
@@ -304,13 +305,13 @@ def _g33(log: _Log, run: list[_Line], command: str | None) -> None:
     heights: dict[str, float] = {}
     radius: float | None = None
     for line in run:
-        for name, text in IN_FORCE.findall(line.text):
+        for name, text in IN_FORCE.findall(line.content):
             if abs(float(text) - known[name]) > ROUNDED:
                 reason = f"{name} was {text}, and is {known[name]:g} in the settings"
                 raise line.error(f"{reason}: name those of that moment, as M503 prints them")
-        circle = CIRCLE.search(line.text)
+        circle = CIRCLE.search(line.content)
         radius = float(circle[1]) if circle else radius
-        heights |= {name: float(text) for name, text in RESULT.findall(line.text)}
+        heights |= {name: float(text) for name, text in RESULT.findall(line.content)}
     words = dict(re.findall(r"([A-Z])\s*(-?[\d.]*)", command or ""))
     usual = f"{log.said('DELTA_CALIBRATION_DEFAULT_POINTS', 4.0)[0]:g}"
     points = None if command is None else words.get("P", usual)
@@ -354,14 +355,14 @@ def _reprap(log: _Log) -> None:
     is_over = False
     lines = iter(log.lines)
     for line in lines:
-        place, heights = PLACE.match(line.text), HEIGHTS.search(line.text)
-        if "RepRapFirmware height map file" in line.text:
+        place, heights = PLACE.match(line.content), HEIGHTS.search(line.content)
+        if "RepRapFirmware height map file" in line.content:
             _height_map(log, lines, line)
         elif place is not None:
             places[place[1]] = float(place[2]), float(place[3])
         elif heights is not None and not is_over:
             rows.append((line, re.findall(r"not set|probing failed|\S+", heights[1])))
-        elif re.search(r"Calibrated \d+ factors", line.text):
+        elif re.search(r"Calibrated \d+ factors", line.content):
             is_over = True
             if not rows:
                 reason = "this calibration prints no heights: write S-1 at the last G30 of bed.g"
@@ -386,7 +387,7 @@ def _height_map(log: _Log, lines: Iterator[_Line], first: _Line) -> None:
         FirmwareError: if a number or a line is missing.
     """
     head, line = next(lines, first), next(lines, first)
-    names, values = ([cell.strip() for cell in each.text.split(",")] for each in (head, line))
+    names, values = ([cell.strip() for cell in each.content.split(",")] for each in (head, line))
     grid = dict(zip(names, values))
     if (grid.get("axis0", "X"), grid.get("axis1", "Y")) != ("X", "Y"):
         raise line.error("is no map over X and Y")
@@ -402,7 +403,7 @@ def _height_map(log: _Log, lines: Iterator[_Line], first: _Line) -> None:
     x_count, y_count = of("xnum", "num0"), of("ynum", "num1")
     row = -1
     for row, line in zip(range(int(y_count)), lines):
-        texts = [text.strip() for text in line.text.split(",")]
+        texts = [text.strip() for text in line.content.split(",")]
         if len(texts) != x_count:
             raise line.error(f"has {len(texts)} heights, must have {x_count:g}")
         for column, text in enumerate(texts):
