@@ -521,9 +521,9 @@ SAMPLES = {
     "macro": Sample(
         "reprap",
         {
-            "config.g": 'M669 K3\nM98 P"0:/sys/geometry.g" ; towers\nm203 x12000 y12000 z6000\n'
+            "config.g": "  M669 K3\nM98 P0:/sys/Geometry.g ; towers\nm203 x12000 y12000 z6000\n"
             "M208 X-100:100 Y-100:100 Z-1.5:300\nM204 P900 T1500\n",
-            "geometry.g": "M665 L300.5 R140.25 H310 X1.5 Y-0.75 Z0.25\n",
+            "Geometry.g": "M665 L300.5 R140.25 H310 X1.5 Y-0.75 Z0.25\n",
         },
         RepRap((300.5,) * 3, 140.25, 310.0, (1.5, -0.75, 0.25)),
         {

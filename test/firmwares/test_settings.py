@@ -118,23 +118,37 @@ def test_lines_of_another_firmware_are_the_same_machine(sample, other, tmp_path,
     np.testing.assert_allclose(back.end_stops, settings.end_stops, rtol=0.0, atol=NEAR)
 
 
-def test_after_a_calibration_the_geometry_is_new_and_the_rest_stays(tmp_path, files):
-    sample = SAMPLES["trimmed"]
+@each_sample
+def test_after_a_calibration_the_geometry_is_new_and_the_rest_stays(sample, tmp_path, files):
     settings = load_firmware_settings(sample.write(tmp_path))
     file = files(parameter_text(settings))
-    numbers = {"arm_lengths": [0.2502, 0.2499, 0.2501], "height_offsets": [0.0003, 0.0, -0.0001]}
+    arms = np.add(settings.machine.geometry.arm_lengths, (0.0002, -0.0001, 0.0003)).tolist()
+    numbers = {"arm_lengths": arms, "height_offsets": [0.0003, 0.0, -0.0001]}
     later = files(yaml.safe_dump({"/**": {"ros__parameters": numbers}}), "calibrated.yaml")
-    values, origin = load_parameters(file, later)
-    lines = firmware_text(values, origin, Firmware.MARLIN)
-    back = load_firmware_settings(files(lines, "back.h"))
-    assert "#define DEFAULT_MAX_FEEDRATE { 500, 400, 300, 25 }" in lines
-    assert "#define FIX_MOUNTED_PROBE" in lines
+    lines = firmware_text(*load_parameters(file, later), settings.firmware)
+    back = load_firmware_settings(files(lines, "back.txt"), firmware=settings.firmware)
     assert back.limits == settings.limits
-    assert back.probe_offset == -3.5
-    assert back.machine.geometry.arm_lengths == pytest.approx(numbers["arm_lengths"], abs=NEAR)
+    assert back.probe_offset == settings.probe_offset
+    assert back.machine.geometry.arm_lengths == pytest.approx(arms, abs=NEAR)
     expected = np.add(settings.end_stops, numbers["height_offsets"])
     np.testing.assert_allclose(back.end_stops, expected, rtol=0.0, atol=NEAR)
-    assert "x and y here are those of the machine plus" in lines
+    typed = re.search("// Typed.*: (M665 .*)\n// and (M666 .*)\n", lines)
+    assert bool(typed) is (sample.firmware == "marlin")
+    if typed:
+        printed = files(f"{typed[1]}\n{typed[2]}\nM851 Z{back.probe_offset}\n", "typed.txt")
+        same = load_firmware_settings(printed, firmware=Firmware.MARLIN)
+        assert same.machine.vector == pytest.approx(back.machine.vector, abs=NEAR)
+        assert same.end_stops == pytest.approx(back.end_stops, abs=NEAR)
+
+
+def test_of_what_marlin_prints_a_new_reach_changes_no_rod(tmp_path, files):
+    settings = load_firmware_settings(SAMPLES["m503"].write(tmp_path))
+    file = files(parameter_text(settings))
+    numbers = {"cylinder_radius": 0.08}
+    later = files(yaml.safe_dump({"/**": {"ros__parameters": numbers}}), "small.yaml")
+    lines = firmware_text(*load_parameters(file, later), Firmware.MARLIN)
+    assert "B-0.03" in lines
+    assert "#define PRINTABLE_RADIUS 80\n" in lines
 
 
 def test_new_limits_change_their_lines_alone(tmp_path, files):

@@ -46,15 +46,15 @@ TOOL = "of the tool there: here of each slider"
 # they are made of begin.
 GROUPS = (
     (
-        ("anchors", "arm_lengths", "height_offsets", "upper_heights"),
-        r"stepper_|printer\.delta_radius|DELTA_(?!PRINT)|MANUAL_Z|M665 (?!B)|M666 [XYZ]",
+        ("geometry", "anchors", "arm_lengths", "height_offsets", "upper_heights"),
+        r"stepper_|printer\.delta_radius|DELTA_(?!PRINT)|MANUAL_Z|M665|M666 [XYZ]",
     ),
     (
         ("velocity_limits", "platform_speed_limit"),
         r"printer\.max_(z_)?velocity|DEFAULT_MAX_FEEDRATE|M203",
     ),
     (("acceleration_limits",), r"printer\.max_(z_)?accel|DEFAULT_.*ACCELERATION|M20[14]"),
-    (("cylinder_radius", "cylinder_z"), r"printer\.(print_radius|min)|.*PRINTABLE|M665 B|M208"),
+    (("cylinder_radius", "cylinder_z"), r"printer\.(print_radius|min)|.*PRINTABLE|reach|M208"),
 )
 # Where new values of speed, acceleration and reach stand.
 ALL_AXES = (("M203 X", "M203 Y", "M203 Z"), ("M201 X", "M201 Y", "M201 Z"))
@@ -177,8 +177,12 @@ def firmware_text(values: Values, origin: FirmwareSettings | None, firmware: Fir
         before = parameters_of(origin)
         changed = [any(before[each][0] != values[each] for each in group) for group, _ in GROUPS]
         patterns = [pattern for (_, pattern), is_new in zip(GROUPS, changed) if is_new]
-        used = [name for name in origin.used if not any(re.match(each, name) for each in patterns)]
-        texts = {name: origin.said[name].text for name in used}
+        # In Marlin, that is the length of a rod.
+        reach_name = "M665 B" if firmware is Firmware.REPRAP else ""
+        for name in origin.used:
+            meant = "reach" if name == reach_name else name
+            if not any(re.match(pattern, meant) for pattern in patterns):
+                texts[name] = origin.said[name].text
     order, remarks = [0, 1, 2], list[str]()
     if changed[0]:
         made, order, remarks = _geometry(values, origin if texts else None, firmware)
@@ -219,7 +223,11 @@ def _geometry(
         offset = origin.probe_offset if origin else 0.0
         delta = replace(delta, height=delta.height + offset)
         if not offset:
-            remarks.append("With a probe, add its offset along z to DELTA_HEIGHT.")
+            remarks.append("With a probe, add its offset along z to DELTA_HEIGHT and M665 H.")
+        typed = (delta.diagonal_rod, delta.radius, delta.height, *delta.tower_angle_trim)
+        words = _words("LRHXYZABC", (*typed, *delta.diagonal_rod_trim))
+        remarks.append(f"Typed, if its radius has no trims: M665 {words}")
+        remarks.append(f"and M666 {_words('XYZ', delta.endstop_adj)}")
     shift = [round(MM * each, 6) + 0.0 for each in converted.shift]
     if converted.towers != (0, 1, 2):
         remarks.append(
@@ -229,6 +237,10 @@ def _geometry(
         remarks.append(f"x and y here are those of the machine plus {vector_text(shift)} mm.")
     made = settings_of(firmware, [(Path(), str(delta))])
     return {name: each.text for name, each in made.said.items()}, list(converted.towers), remarks
+
+
+def _words(letters: str, numbers: Sequence[float]) -> str:
+    return " ".join(letter + plain_text(number) for letter, number in zip(letters, numbers))
 
 
 def _lines(firmware: Firmware, texts: Mapping[str, str]) -> Sequence[str]:

@@ -180,25 +180,26 @@ def load_firmware_settings(
 
 def settings_of(firmware: Firmware, files: Sequence[tuple[Path, str]]) -> FirmwareSettings:
     """Return the settings of files with these texts; raises as ``load_firmware_settings``."""
-    sayings = _Sayings(firmware, files[0][0])
+    said = _Sayings(firmware, files[0][0])
     for file, text in files:
         if firmware is Firmware.KLIPPER:
-            _scan_klipper(file, text, sayings)
+            _scan_klipper(file, text, said)
             continue
         if firmware is Firmware.MARLIN:
             text = REMARK.sub(lambda each: "\n" * each[0].count("\n"), text)
-            _scan_header(file, text, sayings)
-        _scan_commands(file, text, sayings, [])
+            _scan_header(file, text, said)
+        _scan_commands(file, text, said, [])
     readers = {Firmware.KLIPPER: _klipper, Firmware.MARLIN: _marlin, Firmware.REPRAP: _reprap}
-    delta, limits = readers[firmware](sayings)
+    delta, limits = readers[firmware](said)
     try:
         # Heights are counted from the end stops, which are then as high as the offsets.
         machine = delta.machine()
     except KinematicsError as error:
         raise FirmwareError(files[0][0], "", f"is of no working machine: {error}") from error
     found = MachineParameters(machine.geometry), machine.height_offsets, limits
-    told = tuple(sayings.notes), sayings.said, tuple(sayings.used), sayings.probe_offset
-    return FirmwareSettings(firmware, delta, *found, *told)
+    return FirmwareSettings(
+        firmware, delta, *found, tuple(said.notes), said.said, tuple(said.used), said.probe_offset
+    )
 
 
 def _text_of(file: Path) -> str:
@@ -220,10 +221,11 @@ def _text_of(file: Path) -> str:
 def _guessed(file: Path, text: str) -> Firmware:
     """Return whose settings a file holds, by words that only one of them has."""
     found = [name for name, sign in SIGNS.items() if re.search(sign, text, re.M)]
-    if not found and file.suffix != ".g":
+    found = ["reprap"] if file.suffix == ".g" else found
+    if not found:
         reason = "no [printer] of Klipper, #define or M503 of Marlin, M665 of RepRapFirmware in it"
         raise FirmwareError(file, "", f"whose settings? {reason}; name the firmware with --from")
-    return Firmware(found[0] if found else "reprap")
+    return Firmware(found[0])
 
 
 class _Sayings:
@@ -427,6 +429,7 @@ def _holds(text: str, sayings: _Sayings) -> bool | None:
 def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: list[Path]) -> None:
     """Read commands of RepRapFirmware, or as Marlin prints them, one a line."""
     is_reprap = sayings.firmware is Firmware.REPRAP
+    has_conditions = is_reprap and re.search(r"^\s*(if|while)\b", text, re.M)
     for number, line in enumerate(text.split("\n"), 1):
         found = COMMAND.match(re.sub(r'("[^"]*")|;.*', r"\1", line))
         command = f"{found[2].upper()}{found[3]}" if found else ""
@@ -434,12 +437,17 @@ def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: list[Path]) 
             continue
         rest = re.sub(r'("[^"]*")|[a-z]+', lambda each: each[1] or each[0].upper(), found[4])
         words = dict(WORD.findall(rest))
-        other = file.parent / words.get("P", "config-override.g").strip('"').rpartition("/")[2]
+        wanted = re.search(r'P\s*"?([^"\s]*)', found[4], re.I)
+        name = wanted[1] if wanted else "config-override.g"
+        other = file.parent / name.rpartition("/")[2]
         runs = is_reprap and command in ("M98", "M501")
         reasons = (
             (command == "G20", "G20 (inches) is not read: only millimetres are"),
-            (is_reprap and found[1], f"{command} depends on a condition, which is not read"),
-            (WORD.sub("", rest).strip(), f"{shortened(line.strip())} is not understood"),
+            (has_conditions and found[1], f"{command} depends on a condition, which is not read"),
+            (
+                WORD.sub("", rest).strip() and not runs,
+                f"{shortened(line.strip())} is not understood",
+            ),
             (runs and other.resolve() in (*trail, file.resolve()), f"{command} leads in a circle"),
         )
         for is_wrong, reason in reasons:
