@@ -282,7 +282,9 @@ def test_a_field_that_klipper_does_not_keep_is_named(tmp_path, before, after, wo
 def test_klipper_counts_steps_that_the_settings_must_tell(tmp_path):
     printer, files = log_of(tmp_path, "klipper", 3)
     printer.file.write_text(printer.file.read_text().replace("microsteps: 16\n[pri", "[pri"))
-    with pytest.raises(FirmwareError, match=r"the settings have no stepper_c\.microsteps"):
+    with pytest.raises(
+        FirmwareError, match=r"the settings of stepper_c tell none by its rotation_distance"
+    ):
         load_log(files, load_firmware_settings(printer.file))
 
 
@@ -293,7 +295,7 @@ def test_klipper_counts_steps_that_the_settings_must_tell(tmp_path):
         (lambda text: text.replace(" P3", ""), "with P4, heights are means"),
         (lambda text: text.replace("P3", "P0"), "with P0, heights are means of several places, or"),
         (lambda text: text.replace("Send: G33", "Send: M33"), "the command is not there"),
-        (lambda text: text.replace("V0", "V0 O"), "with O, Marlin probes beside the circle"),
+        (lambda text: text.replace("V0", "V0 O"), "with O, the probe is beside the circle"),
         (
             lambda text: (
                 text.replace("c:", "").replace("x:", "").replace("y:", "").replace("z:", "")
@@ -365,9 +367,19 @@ def test_what_is_measured_with_other_settings_is_left_out(tmp_path):
             None,
             "line 3: is no map over X and Y",
         ),
-        ("reprap map", lambda text: text.replace("spacing", "space"), None, "has no xspacing"),
+        (
+            "reprap map",
+            lambda text: text.replace("spacing", "space"),
+            None,
+            "xspacing is 'missing', must be a number",
+        ),
         ("reprap map", lambda text: text.replace("-80.00", "-800"), None, "line "),
-        ("reprap map", lambda text: text.split("\n")[0], None, "log0.txt: line 1: has no xmin"),
+        (
+            "reprap map",
+            lambda text: text.split("\n")[0],
+            None,
+            "log0.txt: line 1: xmin is 'missing'",
+        ),
     ],
 )
 def test_a_log_of_reprap_firmware_that_lacks_something_is_refused(

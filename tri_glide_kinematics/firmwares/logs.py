@@ -67,6 +67,14 @@ RESULT = re.compile(rf"(?<!\w)(c|[xyz]|yz|zx|xy):\s*{NUMBER}")
 OVER = re.compile("Iteration|Calibration OK|End DRY")
 PLACE = re.compile(rf"^[^;]*\bG30\b[^;]*\bP(\d+)[^;]*?\bX{NUMBER}[^;]*?\bY{NUMBER}", re.IGNORECASE)
 HEIGHTS = re.compile(r"bed probe heights:([^,]*)", re.IGNORECASE)
+# Names of origin, spacing and number of places of a map, in its three versions.
+GRID = [
+    each.split()
+    for each in (
+        "xmin min0", "ymin min1", "xspacing spacing0 spacing", "yspacing spacing1 spacing",
+        "xnum num0", "ynum num1",
+    )
+]  # fmt: skip
 
 # Where the lines of a calibrated machine are typed, and what comes behind.
 TYPED = {
@@ -250,20 +258,18 @@ def _klipper(log: _Log) -> None:
 
 def _step(log: _Log, stepper: str) -> float:
     """Return how far a tower moves in one step [mm]."""
-    said = log.settings.said
-    if f"{stepper}.step_distance" in said:
-        return log.said(f"{stepper}.step_distance")[0]
-    gears = said[f"{stepper}.gear_ratio"].text if f"{stepper}.gear_ratio" in said else ""
-    steps = log.said(f"{stepper}.full_steps_per_rotation", 200.0)[0]
-    for driven, driving in re.findall(rf"{NUMBER}\s*:\s*{NUMBER}", gears):
-        steps *= float(driven) / (float(driving) or math.nan)
-    for name in ("microsteps", "rotation_distance"):
-        if f"{stepper}.{name}" not in said:
-            raise log.lines[0].error(f"counts steps, and the settings have no {stepper}.{name}")
-    steps *= log.said(f"{stepper}.microsteps")[0]
-    step = log.said(f"{stepper}.rotation_distance")[0] / (steps or math.nan)
+    names = ("rotation_distance", "microsteps", "full_steps_per_rotation")
+    turn, micro, full = (
+        log.said(f"{stepper}.{name}", usual)[0]
+        for name, usual in zip(names, (math.nan, math.nan, 200.0))
+    )
+    gears = log.settings.said.get(f"{stepper}.gear_ratio")
+    for driven, driving in re.findall(rf"{NUMBER}\s*:\s*{NUMBER}", gears.text if gears else ""):
+        full *= float(driven) / (float(driving) or math.nan)
+    step = log.said(f"{stepper}.step_distance", turn / (micro * full or math.nan))[0]
     if not step > 0.0:
-        raise log.lines[0].error(f"counts steps, and those of {stepper} are none in the settings")
+        reason = f"counts steps, and the settings of {stepper} tell none by its {names[0]}"
+        raise log.lines[0].error(f"{reason} and {names[1]}")
     return step
 
 
@@ -313,19 +319,15 @@ def _g33(log: _Log, run: list[_Line], command: str | None) -> None:
         radius = float(circle[1]) if circle else radius
         heights |= {name: float(text) for name, text in RESULT.findall(line.content)}
     words = dict(re.findall(r"([A-Z])\s*(-?[\d.]*)", command or ""))
-    usual = f"{log.said('DELTA_CALIBRATION_DEFAULT_POINTS', 4.0)[0]:g}"
-    points = None if command is None else words.get("P", usual)
-    reason = ""
+    points = words.get("P", f"{log.said('DELTA_CALIBRATION_DEFAULT_POINTS', 4.0)[0]:g}")
+    if command is None:
+        points = "4 or more, as the command is not there" if len(heights) == 7 else "2"
     if not heights:
-        reason = "no heights are printed"
-    elif "O" in words:
-        reason = "with O, Marlin probes beside the circle"
-    elif points is None and {"x", "yz"} <= heights.keys():
-        reason = "from P4 on heights are means of several places, and the command is not there"
-    elif points not in (None, "1", "2", "3"):
-        reason = f"with P{points}, heights are means of several places, or none: no touches"
-    if reason:
-        raise run[0].error(f"{reason}: {DRY}")
+        raise run[0].error(f"no heights are printed: {DRY}")
+    if points not in ("1", "2", "3") or "O" in words:
+        reason = f"with P{points}, heights are means of several places, or none"
+        reason = "with O, the probe is beside the circle" if "O" in words else reason
+        raise run[0].error(f"{reason}: no touches; {DRY}")
     middle = heights.pop("c", 0.0)
     if heights and radius is None:
         radius = _circle(log, run[0]) - _numbers(run[0], words.get("R") or "0", "R", 1)[0]
@@ -387,29 +389,25 @@ def _height_map(log: _Log, lines: Iterator[_Line], first: _Line) -> None:
         FirmwareError: if a number or a line is missing.
     """
     head, line = next(lines, first), next(lines, first)
-    names, values = ([cell.strip() for cell in each.content.split(",")] for each in (head, line))
+    names, values = (re.split(r"\s*,\s*", each.content.strip()) for each in (head, line))
     grid = dict(zip(names, values))
     if (grid.get("axis0", "X"), grid.get("axis1", "Y")) != ("X", "Y"):
         raise line.error("is no map over X and Y")
-
-    def of(*all_names: str) -> float:
-        known = [name for name in all_names if name in grid]
-        if not known or len(names) != len(values):
-            raise line.error(f"has no {all_names[0]}: names and numbers do not fit together")
-        return _numbers(line, grid[known[0]], known[0], 1)[0]
-
-    x, y = of("xmin", "min0"), of("ymin", "min1")
-    x_step, y_step = of("xspacing", "spacing0", "spacing"), of("yspacing", "spacing1", "spacing")
-    x_count, y_count = of("xnum", "num0"), of("ynum", "num1")
+    x, y, x_step, y_step, columns, rows = (
+        _numbers(line, next((grid[each] for each in some if each in grid), "missing"), some[0], 1)[
+            0
+        ]
+        for some in GRID
+    )
     row = -1
-    for row, line in zip(range(int(y_count)), lines):
-        texts = [text.strip() for text in line.content.split(",")]
-        if len(texts) != x_count:
-            raise line.error(f"has {len(texts)} heights, must have {x_count:g}")
-        for column, text in enumerate(texts):
+    for row, line in zip(range(int(rows)), lines):
+        texts = line.content.split(",")
+        if len(texts) != columns:
+            raise line.error(f"has {len(texts)} heights, must have {columns:g}")
+        for column, text in enumerate(map(str.strip, texts)):
             # What was not probed is a bare 0.
             if text != "0":
-                (height,) = _numbers(line, text, f"height {column + 1}", 1)
+                height = _numbers(line, text, f"height {column + 1}", 1)[0]
                 log.probed(line, x + column * x_step, y + row * y_step, height)
-    if row + 1 != y_count:
-        raise first.error(f"the map has {row + 1} lines of heights, must have {y_count:g}")
+    if row + 1 != rows:
+        raise first.error(f"the map has {row + 1} lines of heights, must have {rows:g}")

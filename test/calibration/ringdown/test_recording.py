@@ -266,9 +266,9 @@ EACH_MS = "".join(f"{k},1\n" for k in range(20))
         ("# of May\n#Freq,psd_x\n5,1\n", "line 2: a spectrum over frequencies"),
         (
             "time,x [g]\n" + EACH_MS,
-            "line 1, column 1: has no unit, and intervals of 1; in ms that is 1000 Hz",
+            "line 1, column 1: has no unit, and intervals of 1 are no seconds of a swing: write",
         ),
-        ("time,x [g]\n" + EACH_MS.replace(",", "00,"), "intervals of 100; in us that is 10000 Hz"),
+        ("time,x [g]\n" + EACH_MS.replace(",", "00,"), "intervals of 100 are no seconds"),
         (
             "t [s];x [g]\n1;1,250\n2;1,500\n",
             "line 2: in '1;1,250' a comma may stand between thousands",

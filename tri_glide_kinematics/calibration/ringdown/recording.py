@@ -77,8 +77,6 @@ _ISO = re.compile(r"(\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d)([.,]\d+)?(Z|[+-]\d\d:?\d
 # then they are something else.
 LEAST_TIMES = 10
 LONGEST_INTERVAL = 0.05
-# Rates of accelerometers [Hz]: at most one unit fits an interval.
-LIKELY_RATES = (50.0, 5e4)
 
 
 class RecordingFileError(FileError):
@@ -292,13 +290,10 @@ def _recording(table: Table, unit: str | None, rate: float) -> Recording:
         raise TableError(table.file, 0, 0, reason)
     interval = float(np.median(np.diff(times)))
     if time_unit is None and len(rows) >= LEAST_TIMES and interval > LONGEST_INTERVAL:
-        rates = ((name, 1.0 / (scale * interval)) for name, scale in TIME_UNITS.items())
-        least, largest = LIKELY_RATES
-        seen = [
-            f"; in {name} that is {each:.5g} Hz" for name, each in rates if least < each < largest
-        ]
-        reason = f"has no unit, and intervals of {interval:.5g}{''.join(seen[:1])}: write the unit"
-        raise TableError(table.file, table.head_line, 1, f"{reason} into the head, as in 't [ms]'")
+        reason = f"has no unit, and intervals of {interval:.5g} are no seconds of a swing"
+        raise TableError(
+            table.file, table.head_line, 1, f"{reason}: write the unit, as in 't [ms]'"
+        )
     numbers = numbers * [TIME_UNITS[time_unit or "s"] / rate, *(scale for _, scale in axes)]
     names = tuple(head.name for head in heads[1:])
     return Recording(numbers[:, 0], numbers[:, 1:], quantities.pop(), names)
