@@ -371,14 +371,14 @@ def test_what_is_measured_with_other_settings_is_left_out(tmp_path):
             "reprap map",
             lambda text: text.replace("spacing", "space"),
             None,
-            "xspacing is 'missing', must be a number",
+            "xspacing,spacing0,spacing is 'missing', must be a number",
         ),
         ("reprap map", lambda text: text.replace("-80.00", "-800"), None, "line "),
         (
             "reprap map",
             lambda text: text.split("\n")[0],
             None,
-            "log0.txt: line 1: xmin is 'missing'",
+            "log0.txt: line 1: xmin,min0 is 'missing'",
         ),
     ],
 )

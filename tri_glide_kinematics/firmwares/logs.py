@@ -30,6 +30,7 @@ from tri_glide_kinematics.calibration import (
     MarlinDelta,
     MeasurementFile,
     Plate,
+    Priors,
     Touch,
 )
 from tri_glide_kinematics.errors import KinematicsError
@@ -68,13 +69,7 @@ OVER = re.compile("Iteration|Calibration OK|End DRY")
 PLACE = re.compile(rf"^[^;]*\bG30\b[^;]*\bP(\d+)[^;]*?\bX{NUMBER}[^;]*?\bY{NUMBER}", re.IGNORECASE)
 HEIGHTS = re.compile(r"bed probe heights:([^,]*)", re.IGNORECASE)
 # Names of origin, spacing and number of places of a map, in its three versions.
-GRID = [
-    each.split()
-    for each in (
-        "xmin min0", "ymin min1", "xspacing spacing0 spacing", "yspacing spacing1 spacing",
-        "xnum num0", "ynum num1",
-    )
-]  # fmt: skip
+GRID = "xmin,min0 ymin,min1 xspacing,spacing0,spacing yspacing,spacing1,spacing xnum,num0 ynum,num1"
 
 # Where the lines of a calibrated machine are typed, and what comes behind.
 TYPED = {
@@ -143,15 +138,10 @@ def load_log(
         kind = settings.firmware.value
         reason = f"has nothing that {kind} measured, and the settings are of {kind}"
         raise FirmwareError(files[0], "", reason)
-    touches, distances = (
-        f"touches within {MM * TOUCH:g} mm",
-        f"distances within {MM * DISTANCE:g} mm",
-    )
-    log.notes.append(f"assumed (standard deviations): {touches}, {distances}")
-    content = MeasurementFile(
-        settings.machine, touches=tuple(log.touches), distances=tuple(log.distances)
-    )
-    return content, tuple(log.notes)
+    assumed = f"touches within {MM * TOUCH:g} mm, distances within {MM * DISTANCE:g} mm"
+    log.notes.append(f"assumed (standard deviations): {assumed}")
+    measured = MeasurementFile(settings.machine, Priors(), tuple(log.touches))
+    return replace(measured, distances=tuple(log.distances)), tuple(log.notes)
 
 
 class _Log:
@@ -234,9 +224,7 @@ def _klipper(log: _Log) -> None:
             # As Klipper does: what stands above wins.
             found.setdefault((kept[1], kept[2]), {}).setdefault(kept[3], (line, kept[4]))
     if found:
-        log.notes.append(
-            "touch 1 and distance 1 are height0 and distance0, and so on as in the file"
-        )
+        log.notes.append("touch 1 and distance 1 are height0 and distance0, and so on")
     steps = [_step(log, f"stepper_{tower}") for tower in "abc"] if found else []
     for (kind, index), given in found.items():
         name, fields = kind + index, FIELDS[kind.removeprefix("manual_")]
@@ -328,16 +316,14 @@ def _g33(log: _Log, run: list[_Line], command: str | None) -> None:
         reason = f"with P{points}, heights are means of several places, or none"
         reason = "with O, the probe is beside the circle" if "O" in words else reason
         raise run[0].error(f"{reason}: no touches; {DRY}")
-    middle = heights.pop("c", 0.0)
-    if heights and radius is None:
+    if radius is None and set(heights) != {"c"}:
         radius = _circle(log, run[0]) - _numbers(run[0], words.get("R") or "0", "R", 1)[0]
+    is_mean = points == "3"
+    bowl = max(heights.values()) - min(heights.values())
     for name, height in heights.items():
-        turn = math.radians(ANGLES[name])
-        log.touch(
-            run[0], (radius or 0.0) * math.cos(turn), (radius or 0.0) * math.sin(turn), height
-        )
-    bowl = max((abs(each - middle) for each in heights.values()), default=0.0)
-    log.touch(run[0], 0.0, 0.0, middle, MIDDLE**2 * bowl if len(heights) > 3 else 0.0)
+        at, turn = (radius or 0.0) * (name != "c"), math.radians(ANGLES.get(name, 0.0))
+        spread = MIDDLE**2 * bowl * (name == "c" and is_mean)
+        log.touch(run[0], at * math.cos(turn), at * math.sin(turn), height, spread)
 
 
 def _circle(log: _Log, line: _Line) -> float:
@@ -393,12 +379,11 @@ def _height_map(log: _Log, lines: Iterator[_Line], first: _Line) -> None:
     grid = dict(zip(names, values))
     if (grid.get("axis0", "X"), grid.get("axis1", "Y")) != ("X", "Y"):
         raise line.error("is no map over X and Y")
-    x, y, x_step, y_step, columns, rows = (
-        _numbers(line, next((grid[each] for each in some if each in grid), "missing"), some[0], 1)[
-            0
-        ]
-        for some in GRID
-    )
+    numbers = []
+    for some in GRID.split():
+        text = next((grid[each] for each in some.split(",") if each in grid), "missing")
+        numbers += _numbers(line, text, some, 1)
+    x, y, x_step, y_step, columns, rows = numbers
     row = -1
     for row, line in zip(range(int(rows)), lines):
         texts = line.content.split(",")
