@@ -95,7 +95,7 @@ def test_there_and_back_no_text_changes(sample, tmp_path, files):
     assert back.limits == settings.limits
     assert back.probe_offset == settings.probe_offset
     for name in settings.used:
-        assert " ".join(settings.said[name].text.split()) == back.said[name].text, name
+        assert settings.said[name].text == back.said[name].text, name
     # Once more, from those lines.
     assert firmware_text(*load_parameters(files(parameter_text(back))), back.firmware) == lines
 
@@ -226,7 +226,7 @@ def test_what_is_wrong_is_named_with_its_place(name, old, new, words, tmp_path):
 def test_a_file_of_nobody_is_refused(tmp_path):
     file = tmp_path / "notes.txt"
     file.write_text("M665 R100 L200 H200\n")
-    with pytest.raises(FirmwareError, match="name the firmware with --from"):
+    with pytest.raises(FirmwareError, match="name it with --from"):
         load_firmware_settings(file)
     for each in (Firmware.MARLIN, Firmware.REPRAP):
         assert load_firmware_settings(file, firmware=each).delta.radius == 100.0
@@ -255,6 +255,30 @@ def test_what_marlin_prints_wins_over_its_header(tmp_path):
     )
     check_poses(Sample("marlin", {}, delta), settings.machine)
     assert not any("DELTA_RADIUS_TRIM" in note for note in settings.notes)
+
+
+def test_older_names_of_trims_and_other_logs_of_hosts(tmp_path):
+    file = tmp_path / "Configuration.h"
+    file.write_text(
+        "#define DELTA\n#define DELTA_HEIGHT 200\n#define DELTA_RADIUS 100\n"
+        "#define DELTA_DIAGONAL_ROD 220\n#define DELTA_RADIUS_TRIM_TOWER_2 0.5\n"
+        "#define DELTA_DIAGONAL_ROD_TRIM_TOWER_1 -0.25\n#define DELTA_TOWER_ANGLE_TRIM_3 0.1\n"
+    )
+    settings = load_firmware_settings(file)
+    trims = {"radius_trims": (0.0, 0.5, 0.0), "rod_trims": (-0.25, 0.0, 0.0)}
+    delta = Marlin(200.0, 100.0, 220.0, turns=(0.0, 0.0, 0.1), **trims)
+    check_poses(Sample("marlin", {}, delta), settings.machine)
+    log = tmp_path / "host.log"
+    log.write_text(
+        "12:01:02.345 > echo:  M665 L217.00 R98.00 S100.00 B90.00 X0.00 Y0.00 Z0.00\n"
+        "12:01:02.345 > echo:Endstop adjustment (mm):\n12:01:02.346 > echo:  M666 X-0.10 Y0 Z0\n"
+    )
+    with pytest.raises(FirmwareError, match="M665 H or DELTA_HEIGHT or MANUAL_Z_HOME_POS is miss"):
+        load_firmware_settings(log)
+    both = load_firmware_settings(file, log)
+    assert both.delta.diagonal_rod_trim == (-0.25, 0.0, 0.0)
+    assert (both.delta.radius, both.delta.endstop_adj) == (98.0, (-0.1, 0.0, 0.0))
+    assert any("radius of a calibration" in note for note in both.notes)
 
 
 JUNK = ["", "-", "nan", "inf", "1e999", "1,5", "0", "-1", "{", "}", "[", "]", "\\", '"', "/*", "\0"]

@@ -30,6 +30,7 @@ from tri_glide_kinematics.firmwares.reading import (
     FirmwareError,
     FirmwareSettings,
     settings_of,
+    text_of,
 )
 from tri_glide_kinematics.settings import IK_NODE, Values, file_values, machine_of, workspace_of
 from tri_glide_kinematics.wording import vector_text
@@ -66,6 +67,11 @@ PLACES = {
     ),
     Firmware.MARLIN: (*ALL_AXES, ("PRINTABLE_RADIUS",)),
     Firmware.REPRAP: (*ALL_AXES, ("M665 B", "M208 Z S1")),
+}
+KINDS: Mapping[Firmware, Any] = {
+    Firmware.KLIPPER: KlipperDelta,
+    Firmware.MARLIN: MarlinDelta,
+    Firmware.REPRAP: RepRapFirmwareDelta,
 }
 REMARKS = {Firmware.KLIPPER: "# ", Firmware.MARLIN: "// ", Firmware.REPRAP: "; "}
 
@@ -107,7 +113,7 @@ def parameters_of(settings: FirmwareSettings) -> dict[str, tuple[Any, str]]:
         (
             "jerk_limits",
             [each / JERK_TIME for each in quickest],
-            f"nothing is said: in {JERK_TIME} s",
+            f"nothing is said: reached in {JERK_TIME} s",
         ),
         ("reach_margin", margin, NOTHING),
         ("max_condition_number", DEFAULTS["max_condition_number"], NOTHING),
@@ -150,7 +156,7 @@ def load_parameters(path: Path, *later: Path) -> tuple[Values, FirmwareSettings 
         KinematicsError: if a file cannot be read, or something in it has no meaning.
     """
     values = file_values(str(path), "/ik_node", IK_NODE, *map(str, later))
-    text = path.read_text(encoding="utf-8")
+    text = text_of(path)
     firmware = re.search(rf"^{READ}(klipper|marlin|reprap)$", text, re.M)
     if firmware is None:
         return values, None
@@ -171,7 +177,7 @@ def firmware_text(values: Values, origin: FirmwareSettings | None, firmware: Fir
     Raises:
         KinematicsError: if no firmware has such a machine.
     """
-    texts: dict[str, str] = {}
+    texts, before = dict[str, str](), dict[str, tuple[Any, str]]()
     changed = [True] * 4
     if origin is not None and origin.firmware is firmware:
         before = parameters_of(origin)
@@ -185,13 +191,15 @@ def firmware_text(values: Values, origin: FirmwareSettings | None, firmware: Fir
                 texts[name] = origin.said[name].text
     order, remarks = [0, 1, 2], list[str]()
     if changed[0]:
-        made, order, remarks = _geometry(values, origin if texts else None, firmware)
+        made, order, remarks = _geometry(values, origin if before else None, firmware)
         texts |= made
     speeds = [values["velocity_limits"][i] for i in order]
     accelerations = [values["acceleration_limits"][i] for i in order]
     if firmware is not Firmware.MARLIN:
         speeds = [values["platform_speed_limit"] or min(speeds)] * 3
         accelerations = [min(accelerations)] * 3
+        if changed[2] or (changed[1] and not values["platform_speed_limit"]):
+            remarks.append("Limits of the tool are the least of the sliders, where none is known.")
     reach = (values["cylinder_radius"], values["cylinder_z"][0])
     changed[3] &= values["space"] == "cylinder"
     minute = MINUTE if firmware is Firmware.REPRAP else 1.0
@@ -212,12 +220,7 @@ def _geometry(
     ends = values["upper_heights"]
     remarks = ["The end stops are where the sliders are at upper_heights."]
     with np.errstate(invalid="ignore"):
-        if firmware is Firmware.KLIPPER:
-            converted: Any = KlipperDelta.of(machine, ends)
-        elif firmware is Firmware.REPRAP:
-            converted = RepRapFirmwareDelta.of(machine, ends)
-        else:
-            converted = MarlinDelta.of(machine, ends)
+        converted = KINDS[firmware].of(machine, ends)
     delta = converted.settings
     if firmware is Firmware.MARLIN:
         offset = origin.probe_offset if origin else 0.0
@@ -247,14 +250,13 @@ def _lines(firmware: Firmware, texts: Mapping[str, str]) -> Sequence[str]:
     """Return values as their firmware reads them."""
     groups: dict[str, list[str]] = {}
     for name, text in texts.items():
-        value = " ".join(text.split())
         section, _, option = name.rpartition(".")
         command, _, letter = name.partition(" ")
         if firmware is Firmware.KLIPPER:
-            groups.setdefault(f"[{section}]", []).append(f"{option}: {value}")
+            groups.setdefault(f"[{section}]", []).append(f"{option}: {text}")
         elif letter:
-            groups.setdefault(command + letter[1:], []).append(letter[0] + value)
+            groups.setdefault(command + letter[1:], []).append(letter[0] + text)
         else:
-            groups[f"#define {name} {value}".rstrip()] = []
+            groups[f"#define {name} {text}".rstrip()] = []
     between = "\n" if firmware is Firmware.KLIPPER else " "
     return "\n".join(between.join((head, *rows)) for head, rows in groups.items()).split("\n")

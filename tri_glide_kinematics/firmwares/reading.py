@@ -52,7 +52,7 @@ DIRECTIVE = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif|define|undef)\b
 ASKED = re.compile(r"\b(ENABLED|DISABLED|EITHER|ANY|BOTH|ALL|NONE|defined)\s*\(([\w\s,]*)\)")
 EXPRESSION = re.compile(r"(?:(?!\*\*)[-+*().\d\seE]|and|or|not)+")
 # A command, also as a host has logged it, and its words.
-COMMAND = re.compile(r"(?:.*\b(?:Recv|Send): ?)?(?:echo:)?(\s*)([GM])0*(\d+)(?![\d.])(.*)", re.I)
+COMMAND = re.compile(r"(?:.*\b(?:Recv|Send): ?)?(?:.*echo:)?(\s*)([GM])0*(\d+)(?![\d.])(.*)", re.I)
 COMMANDS = "M665 M666 M201 M203 M204 M208 M669 M851 M98 M501 G20 G31".split()
 WORD = re.compile(r'\s*([A-Z])\s*("[^"]*"|\{[^}]*\}|[-+.:\d]*)')
 
@@ -85,11 +85,6 @@ class Firmware(Enum):
 
 class FirmwareError(FileError):
     """A file of a firmware cannot be read, or something in it has no meaning here."""
-
-    def __init__(self, file: str | Path, place: str, reason: str) -> None:
-        """Store the ``file``, the ``place`` in it and the ``reason``, in one line."""
-        place, reason = (re.sub(r"[^ -~°-ÿ]", "?", text) for text in (place, reason))
-        super().__init__(file, place, reason)
 
 
 @dataclass(frozen=True)
@@ -174,7 +169,7 @@ def load_firmware_settings(
             machine is no linear delta, or a setting cannot be held by a machine of vertical
             sliders; it names file, line and value.
     """
-    files = [(Path(each), _text_of(Path(each))) for each in (path, *later)]
+    files = [(Path(each), text_of(Path(each))) for each in (path, *later)]
     return settings_of(firmware or _guessed(*files[0]), files)
 
 
@@ -202,8 +197,12 @@ def settings_of(firmware: Firmware, files: Sequence[tuple[Path, str]]) -> Firmwa
     )
 
 
-def _text_of(file: Path) -> str:
-    """Return a text in UTF-8, in UTF-16 with a mark, or in Latin-1; its lines end in LF."""
+def text_of(file: Path) -> str:
+    """Return a text in UTF-8, in UTF-16 with a mark, or in Latin-1; its lines end in LF.
+
+    Raises:
+        FirmwareError: if it cannot be read, or is no text.
+    """
     try:
         is_small = not file.exists() or (file.is_file() and file.stat().st_size <= MOST_BYTES)
         data = file.read_bytes() if is_small else b"\0"
@@ -215,7 +214,8 @@ def _text_of(file: Path) -> str:
         raise FirmwareError(file, "", f"cannot be read: {reason}") from error
     if "\0" in text:
         raise FirmwareError(file, "", "is no text, or too large for settings")
-    return re.sub("\r\n?", "\n", text)
+    # What is told of it stays in one line.
+    return re.sub(r"[^\n\t -~\xa0-\u1fff]", "?", re.sub("\r\n?", "\n", text))
 
 
 def _guessed(file: Path, text: str) -> Firmware:
@@ -224,7 +224,7 @@ def _guessed(file: Path, text: str) -> Firmware:
     found = ["reprap"] if file.suffix == ".g" else found
     if not found:
         reason = "no [printer] of Klipper, #define or M503 of Marlin, M665 of RepRapFirmware in it"
-        raise FirmwareError(file, "", f"whose settings? {reason}; name the firmware with --from")
+        raise FirmwareError(file, "", f"whose settings? {reason}; name it with --from")
     return Firmware(found[0])
 
 
@@ -280,11 +280,14 @@ class _Sayings:
     def each(
         self, name: str, letters: Sequence[str], otherwise: Sequence[float], most: int = 4
     ) -> Vector3:
-        """Return the numbers of three towers: under one name, or each under its own."""
+        """Return the numbers of three towers: under one name, or each under its own.
+
+        Old versions of Marlin have three names, with ``_1`` to ``_3``.
+        """
         values = self.numbers(name)[:most] or otherwise
         if len(values) != 3:
             raise self.error(name, f"has {len(values)} numbers, must have three")
-        found = [self.one(each) for each in letters]
+        found = [self.one(each, f"{name}_{i}") for i, each in enumerate(letters, 1)]
         return three([value if each is None else each for each, value in zip(found, values)])
 
     def speeds(self, name: str, command: str) -> Vector3 | None:
@@ -350,7 +353,7 @@ def _scan_options(file: Path, text: str, said: dict[str, Said], trail: list[Path
     for index, part in enumerate(INCLUDE.split(re.sub("#.*", "", text))):
         if index % 2:
             for other in _included(file, part.strip(), trail):
-                _scan_options(other, _text_of(other), said, [*trail, other.resolve()])
+                _scan_options(other, text_of(other), said, [*trail, other.resolve()])
             continue
         parser = RawConfigParser(strict=False, inline_comment_prefixes=(";",), default_section="")
         try:
@@ -361,7 +364,7 @@ def _scan_options(file: Path, text: str, said: dict[str, Said], trail: list[Path
         above += part.count("\n")
         for section in parser.sections():
             for option, value in parser.items(section):
-                said[f"{section}.{option}"] = Said(value, str(file))
+                said[f"{section}.{option}"] = Said(" ".join(value.split()), str(file))
 
 
 def _included(file: Path, wanted: str, trail: list[Path]) -> list[Path]:
@@ -455,7 +458,7 @@ def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: list[Path]) 
             if is_wrong and command != "G31":
                 raise FirmwareError(file, f"line {number}", reason)
         if runs and other.is_file():
-            _scan_commands(other, _text_of(other), sayings, [*trail, file.resolve()])
+            _scan_commands(other, text_of(other), sayings, [*trail, file.resolve()])
         elif runs:
             sayings.notes.append(f"{file}, line {number}: there is no {other} to run: left out")
         else:
