@@ -25,6 +25,7 @@ def table(tmp_path):
         "# a remark\r\nX[mm];Y (m)\r\n\r\n1.25;2\r\n3;4e-3\n# the end",
         'x [mm]\t"y [m]"\n1.25\t2\n# one more\n3\t4e-3\n',
         "\ufeffx[mm]  y[m]\n1.25  2\n3 4e-3\n\n  ",
+        b"# \xb0 in Latin-1, CR alone\rx [mm],y [m]\r1.25,2\r3,4e-3\r",
     ],
 )
 def test_all_ways_to_write_it_are_the_same_table(table, text):
@@ -69,7 +70,7 @@ def test_numbers_that_were_recorded_may_be_none(table):
         ("1,2\n1,2,3\n", 2, 0, "has 3 cells, and the first line has 2"),
         ("x,x\n1,2\n", 1, 2, "x stands twice"),
         ("x,[mm]\n1,2\n", 1, 2, "is no head"),
-        (b"x\n\xff\n", 0, 0, "is no text in UTF-8"),
+        (b"x\n\xff\n", 2, 1, "'ÿ' is not a number"),
     ],
 )
 def test_a_mistake_is_told_with_its_place(table, text, line, column, reason):

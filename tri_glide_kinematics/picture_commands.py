@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shlex
 import signal
 import sys
 from collections.abc import Callable
@@ -41,10 +42,20 @@ def command_parser(description: str, file_help: str) -> argparse.ArgumentParser:
     """Return the parser of a command that reads a ``file`` and writes to the folder ``output``."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("file", type=Path, help=file_help)
-    parser.add_argument(
-        "--output", type=Path, default=Path("out"), metavar="DIR", help="folder (default: out)"
-    )
+    add_output(parser, Path("out"))
     return parser
+
+
+def add_output(parser: argparse.ArgumentParser, default: Path | None) -> None:
+    """Add the option that names the folder of all that a command writes."""
+    meaning = f"folder (default: {default or 'nothing is written'})"
+    parser.add_argument("--output", type=Path, default=default, metavar="DIR", help=meaning)
+
+
+def next_line(name: str, *arguments: object) -> str:
+    """Return what to type next: a command of this package and its arguments."""
+    start = "tri-glide" if sys.argv[0].startswith("tri-glide") else f"ros2 run {PACKAGE}"
+    return f"next: {start} {shlex.join([name, *map(str, arguments)])}"
 
 
 def add_file(

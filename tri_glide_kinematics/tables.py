@@ -98,12 +98,30 @@ def read_table(
         TableError: if it cannot be read, has no row, or its last row no end; or a cell is no
             number, or is NaN or infinite and may not be.
     """
+    return parse_table(
+        file, table_text(file), may_be_endless=may_be_endless, must_be_ended=must_be_ended
+    )
+
+
+def table_text(file: str | Path) -> str:
+    """Return the text of a file: in UTF-8, or in Latin-1 as older programs write it.
+
+    Raises:
+        TableError: if it cannot be read.
+    """
     try:
-        text = Path(file).read_text(encoding="utf-8-sig")
+        try:
+            return Path(file).read_text(encoding="utf-8-sig")
+        except UnicodeDecodeError:
+            return Path(file).read_text(encoding="latin-1")
     except OSError as error:
         raise TableError(file, 0, 0, f"cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise TableError(file, 0, 0, f"is no text in UTF-8: {error.reason}") from error
+
+
+def parse_table(
+    file: str | Path, text: str, *, may_be_endless: bool = False, must_be_ended: bool = True
+) -> Table:
+    """Read the ``text`` of a ``file`` as ``read_table`` does."""
     lines = [
         (number, line)
         for number, line in enumerate(text.splitlines(), 1)

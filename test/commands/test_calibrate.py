@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 
 import pytest
@@ -31,6 +33,61 @@ def test_a_file_becomes_report_picture_and_parameters(tmp_path, capsys):
     assert said.count("the uncertain volume shrinks to") == 1
     assert (output / PICTURE).exists()
     assert yaml.safe_load((output / PARAMETERS).read_text(encoding="utf-8"))
+    launch = "ros2 launch tri_glide_kinematics tri_glide.launch.py"
+    assert said.splitlines()[-1] == f"next: {launch} calibrated:={output / PARAMETERS}"
+
+
+SETTINGS = """\
+M665 R104.2 L214.0 B90 H297.05 X0 Y0 Z0
+M666 X0 Y0 Z0
+"""
+PLACES = "".join(
+    f"G30 P{i} X{80 * math.cos(i):.2f} Y{80 * math.sin(i):.2f} Z-99999\n" for i in range(9)
+)
+HEIGHTS = "0.31 0.28 0.33 0.29 0.30 0.31 0.32 0.29 0.30"
+
+
+@pytest.mark.usefixtures("without_picture")
+def test_a_log_becomes_lines_for_its_firmware(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("config.g").write_text(SETTINGS)
+    Path("bed.g").write_text(PLACES)
+    Path("g32.txt").write_text(f"G32 bed probe heights: {HEIGHTS}, mean 0.303\n")
+    arguments = ["g32.txt", "--settings", "config.g", "--places", "bed.g", "--next", "0"]
+    assert main(arguments) == 0
+    said = capsys.readouterr()
+    assert "calibrate: note: assumed (standard deviations): touches within 0.02 mm" in said.err
+    lines = said.out.splitlines()
+    assert lines[-1] == "next: M500"
+    # The bed was met 0.3 mm too early: the nozzle is lower than the firmware believes.
+    height = re.search(r"^M665 L\S+ R\S+ H(\S+)", said.out, re.MULTILINE)
+    assert float(height[1]) == pytest.approx(297.05 - 0.303, abs=0.1)
+    # What was read is kept, to be changed by hand; the lines are printed then, too.
+    assert main(["out/measurements.yaml", "--settings", "config.g", "--output", "again"]) == 0
+    again = capsys.readouterr().out.splitlines()
+    assert [line[:15] for line in again[-4:]] == [line[:15] for line in lines[-4:]]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "g32.txt: is what a firmware measured: name its settings of that moment"),
+        (["--settings", "none.g"], "none.g: cannot be read: No such file"),
+        (["--settings", "config.g"], "g32.txt: line 1: nobody says where P0 is: name bed.g"),
+        (["--settings", "g32.txt"], "g32.txt: whose settings?"),
+    ],
+)
+def test_a_log_that_is_not_understood_gets_one_line(
+    tmp_path, capsys, monkeypatch, arguments, words
+):
+    monkeypatch.chdir(tmp_path)
+    Path("config.g").write_text(SETTINGS)
+    Path("g32.txt").write_text(f"G32 bed probe heights: {HEIGHTS}, mean 0.303\n")
+    assert main(["g32.txt", *arguments]) == 1
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1
+    assert not Path("out").exists()
 
 
 def test_the_example_can_be_calibrated(tmp_path, capsys):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tri_glide_kinematics.commands import draw_motion, judge
+from tri_glide_kinematics.commands import draw_motion, drive, judge
 from tri_glide_kinematics.recordings import load_recording
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -42,6 +43,17 @@ def test_a_file_is_drawn_and_its_setpoints_are_judged(tmp_path, capsys):
     for file in (table, recording):
         assert judge.main([str(file), *MACHINE]) == 0
     assert capsys.readouterr().out.count("all limits are kept") == 2
+
+
+def test_the_next_line_that_is_printed_proves_the_file(points, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["tri-glide draw_motion"])
+    assert draw(points, tmp_path / "out") == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    words = shlex.split(last)
+    assert words[:3] == ["next:", "tri-glide", "drive"]
+    assert words[4:6] == ["--check", "--parameters"]
+    monkeypatch.setattr(sys, "argv", words[2:])
+    assert drive.main() == 0
 
 
 def test_setpoints_have_the_rate_that_is_wanted(points, tmp_path, capsys):

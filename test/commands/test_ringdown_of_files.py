@@ -40,6 +40,27 @@ def test_a_file_becomes_numbers_a_picture_and_parameters(tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("quick_pictures")
+def test_one_option_asks_for_all_that_is_written(tmp_path, capsys):
+    output = tmp_path / "new folder"
+    assert main([EXAMPLE, "--output", str(output)]) == 0
+    assert {each.name for each in output.iterdir()} == {"ringdown.png", "modes.yaml"}
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith("next: ros2 run tri_glide_kinematics ik_node --ros-args")
+    assert last.endswith(f"--params-file '{output}/modes.yaml'")
+    # The older names say where else.
+    modes = tmp_path / "new" / "swing.yaml"
+    assert main([EXAMPLE, "--output", str(output / "2"), "--write", str(modes)]) == 0
+    assert [each.name for each in (output / "2").iterdir()] == ["ringdown.png"]
+    assert modes.exists()
+
+
+def test_where_nothing_was_written_the_next_line_would(tmp_path, capsys):
+    assert main([EXAMPLE]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last == f"next: ros2 run tri_glide_kinematics ringdown {EXAMPLE} --output out"
+
+
+@pytest.mark.usefixtures("quick_pictures")
 def test_several_swings_are_combined(tmp_path, capsys):
     recording = load_recording(EXAMPLE)
     files = [tmp_path / f"swing_{number}.csv" for number in (1, 2)]

@@ -7,6 +7,7 @@ told at once and Ctrl-C ends the process while modules are still being loaded.
 from __future__ import annotations
 
 import argparse
+import shlex
 import signal
 import sys
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ from pathlib import Path
 from tri_glide_kinematics.picture_commands import command_parser, exit_code, find_file
 
 REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
+MEASUREMENTS = "measurements.yaml"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -24,20 +26,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if there is a calibration, 1 after an error, 130 after Ctrl-C.
     """
     options = make_parser().parse_args(arguments)
-    return exit_code(
-        "calibrate",
-        options.output,
-        lambda: _calibrate(find_file(options.file), options.output, options.next, options.force),
-    )
+    return exit_code("calibrate", options.output, lambda: _calibrate(options))
 
 
-def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> None:
+def _calibrate(options: argparse.Namespace) -> None:
     """Calibrate, tell of it and write all files.
 
     Raises:
         KinematicsError: if there is no calibration, or one that no node should use.
     """
-    from tri_glide_kinematics.calibration.fit import load_measurements
+    from tri_glide_kinematics.calibration.fit import load_measurements, save_measurements
     from tri_glide_kinematics.calibration.session import (
         SavingError,
         contradiction,
@@ -47,11 +45,26 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
         solved,
     )
     from tri_glide_kinematics.files import write_file
+    from tri_glide_kinematics.firmwares import (
+        check_no_log,
+        firmware_lines,
+        load_firmware_settings,
+        load_log,
+    )
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    content = load_measurements(file)
+    file, folder = find_file(options.file), options.output
+    settings = load_firmware_settings(*options.settings) if options.settings else None
+    is_log = settings is not None and file.suffix.lower() not in (".yaml", ".yml")
+    if settings is not None and is_log:
+        content, notes = load_log((file, *options.places), settings)
+        for note in (*settings.notes, *notes):
+            print(f"calibrate: note: {note}", file=sys.stderr)
+    else:
+        check_no_log(file)
+        content = load_measurements(file)
     calibration = solved(content)
-    text = report(calibration, *proposed(content, calibration, proposals))
+    text = report(calibration, *proposed(content, calibration, options.next))
     print(text)
     folder.mkdir(parents=True, exist_ok=True)
     write_file(folder / REPORT, f"{text}\n")
@@ -60,11 +73,19 @@ def _calibrate(file: Path, folder: Path, proposals: int, is_forced: bool) -> Non
 
     save_figure(calibration_figure(calibration), folder / PICTURE, 110)
     print(f"\nreport: {folder / REPORT}\npicture: {folder / PICTURE}")
-    if calibration.is_contradicted and not is_forced:
+    if is_log:
+        save_measurements(folder / MEASUREMENTS, content)
+        print(f"measurements, with priors and deviations: {folder / MEASUREMENTS}")
+    if calibration.is_contradicted and not options.force:
         reason = contradiction(calibration)
         raise SavingError(f"no parameter file without --force: {reason}")
     save_parameters(folder / PARAMETERS, calibration.machine, calibration.nominal)
     print(f"parameter file for all nodes: {folder / PARAMETERS}")
+    if settings is None:
+        launch = "next: ros2 launch tri_glide_kinematics tri_glide.launch.py"
+        print(f"{launch} {shlex.quote(f'calibrated:={folder / PARAMETERS}')}")
+    else:
+        print(firmware_lines(calibration.machine, settings))
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -72,9 +93,22 @@ def make_parser() -> argparse.ArgumentParser:
     parser = command_parser(
         "Find the machine that explains measurements best: touches of a plate, measured positions, "
         "distances between positions. Writes a report, a picture and a parameter file that all "
-        "nodes take.",
-        "measurements, or the name of a file that is installed in config/",
+        "nodes take, and prints the lines for a firmware.",
+        "measurements, or the name of a file that is installed in config/; with --settings, what a "
+        "firmware measured: printer.cfg with [delta_calibrate], what Marlin printed of G30 or G33, "
+        "heightmap.csv, or what G32 printed",
     )
+    for name, meaning in (
+        (
+            "--settings",
+            "settings with which a firmware measured: printer.cfg, Configuration.h, "
+            "config.g; given twice, the later one wins",
+        ),
+        ("--places", "bed.g, with the places of G32"),
+    ):
+        parser.add_argument(
+            name, type=Path, action="append", default=[], metavar="FILE", help=meaning
+        )
     parser.add_argument(
         "--next",
         type=_count,

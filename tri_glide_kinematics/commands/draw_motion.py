@@ -21,6 +21,7 @@ from tri_glide_kinematics.picture_commands import (
     command_parser,
     exit_code,
     find_file,
+    next_line,
     save_figure,
 )
 
@@ -165,6 +166,7 @@ def _draw(options: argparse.Namespace) -> None:
     picture = options.output / f"{file.stem}_motion.png"
     save_figure(figure, picture, 110)
     print(f"picture: {picture}")
+    print(next_line("drive", options.file, "--check", "--parameters", options.parameters))
 
 
 def make_parser() -> argparse.ArgumentParser:

@@ -8,13 +8,21 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.picture_commands import exit_code, find_file
+from tri_glide_kinematics.picture_commands import (
+    add_file,
+    add_output,
+    exit_code,
+    find_file,
+    next_line,
+)
 
+PICTURE, MODES = "ringdown.png", "modes.yaml"
 SHAPERS = ("zv", "mzv", "zvd", "ei", "two_hump_ei", "three_hump_ei")
 
 
@@ -40,6 +48,9 @@ def main(arguments: Sequence[str] | None = None, measure: Measure | None = None)
         parser.error("--machine needs ROS 2: start this command with ros2 run")
     if options.heights and not options.machine:
         parser.error("--heights is for --machine")
+    if options.output is not None:
+        options.picture = options.picture or options.output / PICTURE
+        options.write = options.write or options.output / MODES
     return exit_code("ringdown", options.picture, lambda: _find(options, measure))
 
 
@@ -54,6 +65,7 @@ def _find(options: argparse.Namespace, measure: Measure | None) -> None:
         options.files = measure(options.heights)
     from tri_glide_kinematics.calibration.ringdown import (
         CombinedModes,
+        ModeFileError,
         NoModeError,
         combine_modes,
         combined_report,
@@ -86,9 +98,15 @@ def _find(options: argparse.Namespace, measure: Measure | None) -> None:
             print(f"picture: {picture}")
     if found.reason is not None:
         raise NoModeError(found.reason)
-    if options.write is not None:
-        save_modes(options.write, found, ShaperKind(options.shaper))
-        print(f"parameter file for ik_node: {options.write}")
+    if options.write is None:
+        print(next_line("ringdown", *options.files, "--output", "out"))
+        return
+    with ModeFileError.of_writing(options.write):
+        options.write.parent.mkdir(parents=True, exist_ok=True)
+    save_modes(options.write, found, ShaperKind(options.shaper))
+    print(f"parameter file for ik_node: {options.write}")
+    start = "next: ros2 run tri_glide_kinematics ik_node --ros-args --params-file my_machine.yaml"
+    print(f"{start} --params-file {shlex.quote(str(options.write))}")
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -135,15 +153,14 @@ def make_parser() -> argparse.ArgumentParser:
         metavar="S",
         help="time in the file at which the next motion begins [s] (default: the last)",
     )
-    parser.add_argument(
+    add_output(parser, None)
+    add_file(
+        parser,
         "--picture",
-        type=Path,
-        metavar="P.png",
-        help="picture to write; of several files, P_1.png, P_2.png and so on",
+        f"picture to write elsewhere than in {PICTURE} of --output; of several files, P_1.png, "
+        "P_2.png and so on",
     )
-    parser.add_argument(
-        "--write", type=Path, metavar="MODES.yaml", help="parameter file for ik_node to write"
-    )
+    add_file(parser, "--write", f"parameter file to write elsewhere than in {MODES} of --output")
     parser.add_argument(
         "--shaper", choices=SHAPERS, default="ei", help="that the file names (default: ei)"
     )

@@ -5,6 +5,9 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.firmwares.logs import check_no_log as check_no_log
+    from tri_glide_kinematics.firmwares.logs import firmware_lines as firmware_lines
+    from tri_glide_kinematics.firmwares.logs import load_log as load_log
     from tri_glide_kinematics.firmwares.parameters import firmware_text as firmware_text
     from tri_glide_kinematics.firmwares.parameters import load_parameters as load_parameters
     from tri_glide_kinematics.firmwares.parameters import parameter_text as parameter_text

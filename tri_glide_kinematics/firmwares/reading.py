@@ -53,7 +53,7 @@ ASKED = re.compile(r"\b(ENABLED|DISABLED|EITHER|ANY|BOTH|ALL|NONE|defined)\s*\((
 EXPRESSION = re.compile(r"(?:(?!\*\*)[-+*().\d\seE]|and|or|not)+")
 # A command, also as a host has logged it, and its words.
 COMMAND = re.compile(r"(?:.*\b(?:Recv|Send): ?)?(?:.*echo:)?(\s*)([GM])0*(\d+)(?![\d.])(.*)", re.I)
-COMMANDS = "M665 M666 M201 M203 M204 M208 M669 M851 M98 M501 G20".split()
+COMMANDS = "M665 M666 M201 M203 M204 M208 M669 M851 M98 M501 G20 G31".split()
 WORD = re.compile(r'\s*([A-Z])\s*("[^"]*"|\{[^}]*\}|[-+.:\d]*)')
 
 ON = ("", "1", "true")
@@ -454,7 +454,8 @@ def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: list[Path]) 
             (runs and other.resolve() in (*trail, file.resolve()), f"{command} leads in a circle"),
         )
         for is_wrong, reason in reasons:
-            if is_wrong:
+            # Only logs need the place of the probe.
+            if is_wrong and command != "G31":
                 raise FirmwareError(file, f"line {number}", reason)
         if runs and other.is_file():
             _scan_commands(other, text_of(other), sayings, [*trail, file.resolve()])

@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mutations import mutated
+from soak import many, seed
 
 from tri_glide_kinematics.calibration.ringdown import (
     Quantity,
     Recording,
     RecordingFileError,
+    find_modes,
     load_recording,
+    ringdown_report,
     save_recording,
 )
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, WrongShapeError
@@ -132,3 +136,174 @@ def test_a_recording_that_was_written_is_read_again(tmp_path, quantity):
     other.write_text("mine")
     with pytest.raises(RecordingFileError, match="its first line is not"):
         save_recording(other, recording)
+
+
+RATE = 3200
+
+
+def swing(samples: int = 1600) -> tuple[np.ndarray, np.ndarray]:
+    """Return numbers of samples at 3200 Hz, and a mode of 23 Hz beside the weight [m/s^2]."""
+    rng = np.random.default_rng(3)
+    numbers = np.arange(samples)
+    times = numbers / RATE
+    decay = np.exp(-0.06 * math.tau * 23.0 * times) * np.cos(math.tau * 23.0 * times)
+    values = np.outer(decay, (4.0, -2.0, 0.5)) + rng.normal(0.0, 0.03, (samples, 3))
+    return numbers, values + np.array((0.0, 0.0, 9.80665))
+
+
+def written(head: str, rows, form: str, end: str = "", newline: str = "\n") -> str:
+    return newline.join([*head.split("\n"), *(form.format(*row) for row in rows), end])
+
+
+def own_format(times: np.ndarray, values: np.ndarray) -> str:
+    return written("t [s], x [m/s2], y [m/s2], z [m/s2]", zip(times, *values.T), "{:.6f},{},{},{}")
+
+
+def klipper(numbers: np.ndarray, values: np.ndarray, before: str = "") -> str:
+    rows = zip(218.3541 + numbers / RATE, *(1000.0 * values).T)
+    return written(before + "#time,accel_x,accel_y,accel_z", rows, "{:.6f},{:.6f},{:.6f},{:.6f}")
+
+
+def reprap(numbers: np.ndarray, values: np.ndarray, overflows: int = 0) -> str:
+    end = f"Rate {RATE}, overflows {overflows}\n"
+    return written(
+        "Sample,X,Y,Z", zip(numbers, *(values / 9.80665).T), "{},{:.4f},{:.4f},{:.4f}", end
+    )
+
+
+@pytest.mark.parametrize("gap", [slice(0, 0), slice(400, 520)], ids=["whole", "with a gap"])
+def test_files_of_two_firmwares_tell_the_same_mode_as_our_own(tmp_path, gap):
+    numbers, values = (np.delete(each, gap, axis=0) for each in swing())
+    own = find_modes(loaded(tmp_path, own_format(numbers / RATE, values))).modes[0]
+    assert own.frequency == pytest.approx(23.0, rel=2e-3)
+    assert own.damping == pytest.approx(0.06, abs=2e-3)
+    texts = {
+        "klipper": klipper(numbers, values),
+        "two lines of head": klipper(numbers, values, "##kalico: adxl345\n"),
+        "reprap": reprap(numbers, values),
+        "CR alone": reprap(numbers, values).replace("\n", "\r"),
+        "BOM": "\ufeff" + klipper(numbers, values),
+    }
+    for name, text in texts.items():
+        found = loaded(tmp_path, text)
+        assert found.quantity is Quantity.ACCELERATION
+        assert len(found.times) == len(numbers), name
+        mode = find_modes(found).modes[0]
+        assert mode.frequency == pytest.approx(own.frequency, rel=1e-4), name
+        assert mode.damping == pytest.approx(own.damping, abs=1e-4), name
+    report = ringdown_report(find_modes(found))
+    assert ("Gaps: 1, the longest of 0.0378 s" in report) == (gap.start > 0)
+
+
+def test_lost_samples_are_told(tmp_path):
+    found = loaded(tmp_path, reprap(*swing(), overflows=3))
+    assert found.between(0.1, 0.4).overflows == 3
+    assert "OVERFLOWS: 3; each time samples were lost" in ringdown_report(find_modes(found))
+    assert "OVERFLOWS" not in ringdown_report(find_modes(loaded(tmp_path, reprap(*swing()))))
+
+
+def test_one_axis_of_a_firmware(tmp_path):
+    found = loaded(tmp_path, "Sample,Z\n0,1\n1,2\nRate 1600, overflows 0\n")
+    assert found.names == ("z",)
+    assert found.times.tolist() == [0.0, 1.0 / 1600.0]
+    assert found.values[:, 0] == pytest.approx((9.80665, 19.6133))
+
+
+@pytest.mark.parametrize(
+    ("head", "rows"),
+    [
+        ("time_ms, x [g]", "{:.3f}, {}"),
+        ("timestamp_us;x_g", "{:.1f}e3;{}"),
+        ("ms; x [g]", "{:.3f}; {}"),
+    ],
+)
+def test_a_unit_may_stand_in_the_name(tmp_path, head, rows):
+    text = written(head, ((2.5 * k, 1.0) for k in range(20)), rows)
+    found = loaded(tmp_path, text)
+    assert np.diff(found.times) == pytest.approx(2.5e-3)
+    assert found.values[:, 0] == pytest.approx(9.80665)
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        "2026-11-28T09:30:{:06.3f},1.5",
+        "2026-11-28 09:30:{:06.3f}Z,1.5",
+        '"2026-11-28T09:30:{:06.3f}+01:00","1.5"',
+        "2026-11-28T09:30:{:06.3f};1,5",
+    ],
+)
+def test_times_may_be_dates(tmp_path, row):
+    text = written(
+        "when, x [mm]".replace(",", ";" if ";" in row else ","),
+        ((59.9 - 0.002 * k,) for k in range(9, -1, -1)),
+        row,
+    )
+    found = loaded(tmp_path, text)
+    assert found.times == pytest.approx(0.002 * np.arange(10))
+    assert found.values[:, 0] == pytest.approx(1.5e-3)
+
+
+def test_decimals_may_have_commas_where_semicolons_separate(tmp_path):
+    found = loaded(tmp_path, "t [s];x [g]\n0,000;1,250\n0,002;-0,5\n")
+    assert found.times.tolist() == [0.0, 0.002]
+    assert found.values[:, 0] == pytest.approx((1.25 * 9.80665, -0.5 * 9.80665))
+
+
+def test_a_unit_in_latin_1(tmp_path):
+    file = tmp_path / "swing.csv"
+    file.write_bytes("t [ms],x [µm]\n0,1\n1,2\n".encode("latin-1"))
+    assert load_recording(file).values[:, 0] == pytest.approx((1e-6, 2e-6))
+
+
+EACH_MS = "".join(f"{k},1\n" for k in range(20))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("freq,psd_x,psd_y,psd_z,psd_xyz\n5,1,1,1,1\n", "line 1: a spectrum over frequencies"),
+        ("# of May\n#Freq,psd_x\n5,1\n", "line 2: a spectrum over frequencies"),
+        (
+            "time,x [g]\n" + EACH_MS,
+            "line 1, column 1: has no unit, and intervals of 1 are no seconds of a swing: write",
+        ),
+        ("time,x [g]\n" + EACH_MS.replace(",", "00,"), "intervals of 100 are no seconds"),
+        (
+            "t [s];x [g]\n1;1,250\n2;1,500\n",
+            "line 2: in '1;1,250' a comma may stand between thousands",
+        ),
+        ("t [s];x [g]\n1.5;1,25\n2.5;1,5\n", "line 2: in '1.5;1,25' a comma may"),
+        ("t;x [g]\n2026-13-28T09:30:01;1\n", "line 2, column 1: '2026-13-28T09:30:01' is no time"),
+        ("Sample,X\n0,1\n1,2\n", "line 3: is '1,2'; it must be as 'Rate 3200, overflows 0'"),
+        ("Sample,X\nFailed to collect data from accelerometer\n", "line 2: is 'Failed to collect"),
+        ("Sample,X\n0,1\n1,2\nRate 0, overflows 0\n", "line 4: is 'Rate 0, overflows 0'"),
+        ("Sample,X\nRate 1600, overflows 0\n", "has a head and no row"),
+    ],
+)
+def test_what_is_not_certain_is_refused_with_what_was_seen(tmp_path, text, words):
+    with pytest.raises(RecordingFileError) as caught:
+        loaded(tmp_path, text)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.slow
+def test_damaged_files_are_recordings_or_one_line(tmp_path):
+    numbers, values = swing(40)
+    texts = [
+        klipper(numbers, values, "## two lines\n"),
+        reprap(numbers, values, 2),
+        own_format(numbers / RATE, values).replace(",", ";").replace(".", ","),
+    ]
+    file = tmp_path / "damaged.csv"
+    for k in range(many(200)):
+        rng = np.random.default_rng((seed(5), k))
+        file.write_bytes(mutated(texts[k % len(texts)].encode(), rng))
+        try:
+            found = load_recording(file)
+        except RecordingFileError as error:
+            assert str(error).startswith(f"{file}: ")
+            assert "\n" not in str(error)
+        else:
+            assert np.isfinite(found.values).all()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
+
 from tri_glide_kinematics.calibration.ringdown.modes import (
     CombinedModes,
     NotKnown,
@@ -19,6 +21,9 @@ from tri_glide_kinematics.motion.shaping import ShaperKind
 from tri_glide_kinematics.wording import list_text, number_text
 
 MICROMETRES = 1e6  # in a metre
+
+# Samples are missing where an interval is so many times as long as usual.
+GAP = 3.0
 
 # One section for one node, in braces, so that a file that is cut off is refused.
 TEXT = """# Modes of one machine, from a ring-down. ik_node takes them after its other file:
@@ -117,10 +122,20 @@ def save_modes(
 def _data(found: RingDown) -> str:
     times = found.recording.times
     axes = ", ".join(found.recording.names)
-    return (
+    text = (
         f"Measured: {len(times)} samples in {number_text(times[-1] - times[0], 4)} s, of {axes} "
         f"[{found.recording.quantity.value}]"
     )
+    steps = np.diff(times)
+    gaps = steps[steps > GAP * np.median(steps)]
+    if gaps.size:
+        text += f"\nGaps: {gaps.size}, the longest of {number_text(gaps.max(), 3)} s"
+    if found.recording.overflows:
+        text += (
+            f"\nOVERFLOWS: {found.recording.overflows}; each time samples were lost, and it is not "
+            "known where: frequency and damping are off. Record again, at a lower rate"
+        )
+    return text
 
 
 def _mode(found: RingDown, place: int, mode: Oscillation) -> str:
