@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.files import find_file as find_file
-from tri_glide_kinematics.files import write_file
+from tri_glide_kinematics.files import PACKAGE, write_file
 from tri_glide_kinematics.keys import UNITS
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.picture_commands import command_parser, exit_code, find_file
+from tri_glide_kinematics.picture_commands import command_parser, exit_code
 
 REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
 MEASUREMENTS = "measurements.yaml"
@@ -44,7 +44,7 @@ def _calibrate(options: argparse.Namespace) -> None:
         save_parameters,
         solved,
     )
-    from tri_glide_kinematics.files import write_file
+    from tri_glide_kinematics.files import find_file, write_file
     from tri_glide_kinematics.firmwares import (
         check_no_log,
         firmware_lines,

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.picture_commands import add_file, exit_code, find_file
+from tri_glide_kinematics.picture_commands import add_file, exit_code
 
 FIRMWARES = ("klipper", "marlin", "reprap")
 
@@ -38,7 +38,7 @@ def _convert(options: argparse.Namespace) -> None:
         KinematicsError: if the files have no settings that can be held here.
         OSError: if the file cannot be written.
     """
-    from tri_glide_kinematics.files import replace_file
+    from tri_glide_kinematics.files import find_file, replace_file
     from tri_glide_kinematics.firmwares import (
         Firmware,
         firmware_text,

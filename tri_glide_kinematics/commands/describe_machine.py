@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tri_glide_kinematics.commands.draw_motion import add_node_argument
-from tri_glide_kinematics.picture_commands import add_file, exit_code, find_file
+from tri_glide_kinematics.picture_commands import add_file, exit_code
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -44,7 +44,7 @@ def _describe(options: argparse.Namespace) -> None:
         OSError: if a file cannot be written.
     """
     from tri_glide_kinematics.description import mjcf_text, urdf_text
-    from tri_glide_kinematics.files import write_file
+    from tri_glide_kinematics.files import find_file, write_file
     from tri_glide_kinematics.settings import IK_NODE, description_of, file_values, forces_of
 
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -18,7 +18,6 @@ from tri_glide_kinematics.picture_commands import (
     add_file,
     command_parser,
     exit_code,
-    find_file,
     save_figure,
 )
 
@@ -48,7 +47,7 @@ def _draw(options: argparse.Namespace) -> None:
     """
     from tri_glide_kinematics.errors import KinematicsError
     from tri_glide_kinematics.figures import machine_figure
-    from tri_glide_kinematics.files import write_file
+    from tri_glide_kinematics.files import find_file, write_file
     from tri_glide_kinematics.settings import (
         IK_NODE,
         file_values,

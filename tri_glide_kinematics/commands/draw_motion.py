@@ -13,14 +13,13 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.files import PARAMETERS, SETTINGS
+from tri_glide_kinematics.files import PARAMETERS, SETTINGS, find_file
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
     add_file,
     add_unit,
     command_parser,
     exit_code,
-    find_file,
     next_line,
     save_figure,
 )

@@ -27,8 +27,8 @@ from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.control import TEACH_SPEED, in_teach_mode
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.files import PARAMETERS, SETTINGS
-from tri_glide_kinematics.picture_commands import add_file, add_unit, find_file
+from tri_glide_kinematics.files import PARAMETERS, SETTINGS, find_file
+from tri_glide_kinematics.picture_commands import add_file, add_unit
 from tri_glide_kinematics.programs import (
     POINTS_ENDING,
     PROGRAM_ENDINGS,

@@ -14,13 +14,8 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.picture_commands import (
-    add_file,
-    add_output,
-    exit_code,
-    find_file,
-    next_line,
-)
+from tri_glide_kinematics.files import find_file
+from tri_glide_kinematics.picture_commands import add_file, add_output, exit_code, next_line
 
 PICTURE, MODES = "ringdown.png", "modes.yaml"
 SHAPERS = ("zv", "mzv", "zvd", "ei", "two_hump_ei", "three_hump_ei")

@@ -14,14 +14,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tri_glide_kinematics.files import SETTINGS
-from tri_glide_kinematics.picture_commands import (
-    MILLIMETRES,
-    add_file,
-    add_unit,
-    exit_code,
-    find_file,
-)
+from tri_glide_kinematics.files import SETTINGS, find_file
+from tri_glide_kinematics.picture_commands import MILLIMETRES, add_file, add_unit, exit_code
 from tri_glide_kinematics.wording import number_text
 
 if TYPE_CHECKING:

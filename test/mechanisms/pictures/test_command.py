@@ -12,6 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
+from tri_glide_kinematics.files import find_file
 from tri_glide_kinematics.mechanisms import load_mechanism
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.pictures import (
@@ -22,7 +23,6 @@ from tri_glide_kinematics.mechanisms.pictures import (
     pictures_of,
 )
 from tri_glide_kinematics.mechanisms.pictures.command import main
-from tri_glide_kinematics.picture_commands import find_file
 
 ROOT = Path(__file__).parents[3]
 CONFIG = ROOT / "config"

@@ -12,7 +12,8 @@ import signal
 import sys
 from collections.abc import Sequence
 
-from tri_glide_kinematics.picture_commands import command_parser, exit_code, find_file
+from tri_glide_kinematics.files import find_file
+from tri_glide_kinematics.picture_commands import command_parser, exit_code
 
 MOST_FRAMES = 720  # of an animation
 
