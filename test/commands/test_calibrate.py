@@ -47,7 +47,7 @@ PLACES = "".join(
 HEIGHTS = "0.31 0.28 0.33 0.29 0.30 0.31 0.32 0.29 0.30"
 
 
-@pytest.mark.usefixtures("without_picture")
+@pytest.mark.usefixtures("quick_pictures")
 def test_a_log_becomes_lines_for_its_firmware(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("config.g").write_text(SETTINGS)

@@ -38,7 +38,7 @@ def test_the_written_file_serves_as_parameters_of_a_machine(tmp_path, capsys, mo
     program = tmp_path / "square.gcode"
     program.write_text("G21\nG1 X50 Y50 Z20 F3000\nG1 X-50 Y50\nG1 X-50 Y-50 Z100\nM2\n")
     settings = tmp_path / "settings.yaml"
-    settings.write_text("unit: mm\ndialect: klipper\nhome: [0.0, 0.0, 200.0]\n")
+    settings.write_text("dialect: klipper\nhome: [0, 0, 200]\noffsets: {G54: [0, 0, 0]}\n")
     options = ["--check", "--parameters", str(made), "--settings", str(settings)]
     monkeypatch.setattr(sys, "argv", ["drive", str(program), *options])
     assert drive.main() == 0

@@ -44,7 +44,7 @@ def test_all_other_files_are_files_of_steps(name):
 
 
 def test_check_tells_lines_duration_length_and_what_is_not_done(command):
-    text = "G21 G90\nG0 X0 Y0 Z50\nG1 X30 F600 E1\nG4 P2\nX0\nM2\n"
+    text = "G21 G90\nG0 X0 Y0 Z50\nG1 X30 F600 E1\nG4 P2000\nX0\nM2\n"
     code, written = command(text)
     assert code == 0, written.err
     lines, duration, length = map(float, SUMMARY.search(written.out).groups())

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tri_glide_kinematics.commands.draw_motion import add_parameter_arguments
+from tri_glide_kinematics.files import find_file
 from tri_glide_kinematics.picture_commands import exit_code
 
 FIRST_LINE = "# Moves that tell the most of masses and friction; written by identify."
@@ -57,7 +58,7 @@ def _excite(options: argparse.Namespace) -> None:
         OSError: if the file cannot be written.
     """
     from tri_glide_kinematics.calibration import exciting_moves
-    from tri_glide_kinematics.files import find_file, replace_file
+    from tri_glide_kinematics.files import replace_file
     from tri_glide_kinematics.motion import MotionKind
     from tri_glide_kinematics.settings import (
         IK_NODE,
