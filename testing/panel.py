@@ -94,7 +94,7 @@ class Panel:
         self.machine.start_ik(self.parameters)
         self.programs = folder / "programs"
         # In it, the zero of programs is that of the machine.
-        (folder / "settings.yaml").write_text("unit: mm\n")
+        (folder / "settings.yaml").write_text("unit: mm\noffsets: {G54: [0, 0, 0]}\n")
         files = {
             "program_settings": folder / "settings.yaml",
             "points_file": self.points_file,

@@ -200,7 +200,7 @@ def test_who_types_or_has_not_switched_keys_on_moves_nothing(panel: Panel, page:
     page.wait_for(
         "document.querySelector('[data-key=PageUp]') !== null", "the keys", spin=panel.spin
     )
-    page.click(field("x, y, z", 0))
+    page.click(field("x [mm]"))
     key(page, "keyDown", "ArrowUp")
     panel.client.spin_for(0.3)
     key(page, "keyUp", "ArrowUp")
@@ -286,11 +286,11 @@ def test_a_step_that_came_to_nothing_is_not_gone_on_with(panel: Panel, page: Pag
 
 
 def test_go_to_numbers_and_a_refusal_with_its_reason(panel: Panel, page: Page) -> None:
-    for number, text in enumerate(("30", "-20", "300")):
-        page.type(field("x, y, z", number), text)
+    for axis, text in zip("xyz", ("30", "-20", "300")):
+        page.type(field(f"{axis} [mm]"), text)
     page.click(button("Go"))
     panel.wait_until_at((0.03, -0.02, 0.3))
-    page.type(field("x, y, z", 0), "900")
+    page.type(field("x [mm]"), "900")
     page.click(button("Go"))
     panel.wait_for_words(page, "outside the workspace", "refusal")
     assert panel.is_at_rest
@@ -381,8 +381,8 @@ def show_swing(panel: Panel, page: Page) -> None:
 
 def test_what_runs_is_in_sight_on_each_tab_and_kept_with_its_time(panel: Panel, page: Page) -> None:
     panel.client.set_parameters("ik_node", {"speed_scale": 0.02})
-    for number, text in enumerate(("0", "0", "400")):
-        page.type(field("x, y, z", number), text)
+    for axis, text in zip("xyz", ("0", "0", "400")):
+        page.type(field(f"{axis} [mm]"), text)
     page.click(button("Go"))
     panel.wait_for_state(page, "moving")
     for name in ("Points", "Mechanisms"):

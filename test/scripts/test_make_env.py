@@ -4,7 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
-from importlib.util import find_spec
+import sysconfig
 from pathlib import Path
 
 import pytest
@@ -93,14 +93,15 @@ def test_an_interpreter_that_was_asked_for_is_not_replaced(clone: Path, tools: P
 
 def test_a_missing_network_is_said(clone: Path, tools: Path) -> None:
     """The environment gets a link to the pip of this one: to unpack its own takes far longer."""
-    pip = find_spec("pip")
-    assert pip is not None and pip.origin is not None
+    # Not by looking for the module: then setuptools would take the older distutils of this process.
+    pip = Path(sysconfig.get_path("purelib")) / "pip"
+    assert pip.is_dir()
     python = sys.base_prefix + "/bin/python3"
     put_python(
         tools,
         f'[ "$1 $2" = "-m venv" ] || exec {python} "$@"',
         f'{python} -m venv --without-pip "$3"',
-        f'ln -s {Path(pip.origin).parent} "$3"/lib/python3*/site-packages/',
+        f'ln -s {pip} "$3"/lib/python3*/site-packages/',
     )
     nowhere = {
         "PIP_CONFIG_FILE": os.devnull,

@@ -405,7 +405,11 @@ def main() -> int:
         work: Program | DriveFile
         if is_program(file):
             settings_file = find_file(arguments.settings or Path(SETTINGS))
-            print(f"drive: {file} with the settings of {settings_file}", flush=True)
+            packaged = find_file(Path(SETTINGS))
+            rest = (
+                "" if settings_file == packaged else f", and where they name nothing of {packaged}"
+            )
+            print(f"drive: {file} with the settings of {settings_file}{rest}", flush=True)
             settings = load_own_settings(settings_file)
             stops = arguments.optional_stops
             work = load_program(file, replace(settings, optional_stop=stops), arguments.unit)

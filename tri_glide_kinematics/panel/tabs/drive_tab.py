@@ -95,8 +95,8 @@ class DriveTab:
         self._pad = gui.add_html("")
         self._show_pad()
         mode.on_click(requests.on(self._set_mode))
-        with gui.add_folder("Go to [mm]"):
-            self._place = [OperatorsNumber(requests, gui, axis, 0.0) for axis in "xyz"]
+        with gui.add_folder("Go to"):
+            self._place = [OperatorsNumber(requests, gui, f"{axis} [mm]", 0.0) for axis in "xyz"]
             self._go_speed = SpeedFields(requests, gui, "at [mm/s]", SPEED_HINT)
             go = gui.add_button("Go", color="blue", icon=viser.Icon.PLAYER_PLAY)
             go.on_click(requests.on(lambda _: move_to(self._wanted(), self.go_speed)))
