@@ -405,11 +405,9 @@ def main() -> int:
         work: Program | DriveFile
         if is_program(file):
             settings_file = find_file(arguments.settings or Path(SETTINGS))
-            packaged = find_file(Path(SETTINGS))
-            rest = (
-                "" if settings_file == packaged else f", and where they name nothing of {packaged}"
-            )
-            print(f"drive: {file} with the settings of {settings_file}{rest}", flush=True)
+            print(f"drive: {file} with the settings of {settings_file}", flush=True)
+            if settings_file != (packaged := find_file(Path(SETTINGS))):
+                print(f"drive: what they do not name is as in {packaged}", flush=True)
             settings = load_own_settings(settings_file)
             stops = arguments.optional_stops
             work = load_program(file, replace(settings, optional_stop=stops), arguments.unit)
