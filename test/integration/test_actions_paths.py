@@ -25,7 +25,6 @@ ARC_THROUGH = FollowPath.Goal.ARC_THROUGH
 SUCCEEDED, ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED
 CANCELED = GoalStatus.STATUS_CANCELED
 SQUARE = [(0.04, 0.0, 0.25), (0.04, 0.04, 0.25), (0.0, 0.04, 0.25), (0.0, 0.0, 0.25)]
-ROUNDS = 6
 TOLERANCE = 0.001  # m, path_tolerance by default
 
 
@@ -115,13 +114,9 @@ def test_outputs_are_told_at_their_place_and_the_state_tells_where_it_is(bench):
     assert len(places(bench, first)) > 125
 
 
+# On a computer with more to do the next part is planned too late: the platform rests before it.
+@pytest.mark.alone
 def test_a_path_is_appended_without_a_stop_and_both_goals_end_at_its_end(bench):
-    # On a computer with more to do a part may be planned too late: the platform rests before it.
-    assert any(rests_once_on_an_appended_path(bench) for _ in range(ROUNDS))
-
-
-def rests_once_on_an_appended_path(bench):
-    """Append a path to one that is driven; tell whether the platform rests at the end alone."""
     goal = under_way(bench)
     first = len(bench.machine.commands)
     beyond = [(-0.04, 0.0, 0.25), (-0.04, -0.02, 0.25)]
@@ -131,8 +126,9 @@ def rests_once_on_an_appended_path(bench):
     bench.ends(goal, SUCCEEDED, GoalCode.SUCCEEDED, "path of 2 segments is reached")
     bench.machine.catch_up()
     moving = [any(message.velocity) for message in bench.machine.commands[first:]]
+    # It rests once, at the end.
+    assert moving[: moving.index(False)] == moving[: sum(moving)]
     assert KINEMATICS.forward(bench.machine.heights()) == pytest.approx(beyond[-1], abs=1e-6)
-    return moving[: moving.index(False)] == moving[: sum(moving)]
 
 
 BAD = [
