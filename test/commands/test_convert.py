@@ -20,7 +20,9 @@ def test_there_and_back_by_files(tmp_path, capsys):
     assert run(file, "--output", made) == 0
     told = capsys.readouterr().out.splitlines()
     assert told[0] == f"parameter file: {made}"
-    assert told[1] == f"next: tri-glide drive PROGRAM --check --parameters {made}"
+    programs = made.with_name("duet_programs.yaml")
+    assert told[1] == f"settings of programs: {programs}"
+    assert told[2].endswith(f"drive PROGRAM --check --parameters {made} --settings {programs}")
     assert file_values(str(made), "/ik_node", IK_NODE)["platform_speed_limit"] == 0.3
     assert run(made, "--to", "reprap") == 0
     lines = capsys.readouterr().out
@@ -37,8 +39,8 @@ def test_the_written_file_serves_as_parameters_of_a_machine(tmp_path, capsys, mo
     assert run(SAMPLES["kossel"].write(tmp_path), "--output", made) == 0
     program = tmp_path / "square.gcode"
     program.write_text("G21\nG1 X50 Y50 Z20 F3000\nG1 X-50 Y50\nG1 X-50 Y-50 Z100\nM2\n")
-    settings = tmp_path / "settings.yaml"
-    settings.write_text("dialect: klipper\nhome: [0, 0, 200]\noffsets: {G54: [0, 0, 0]}\n")
+    settings = tmp_path / "kossel_programs.yaml"
+    assert f"--settings {settings}" in capsys.readouterr().out
     options = ["--check", "--parameters", str(made), "--settings", str(settings)]
     monkeypatch.setattr(sys, "argv", ["drive", str(program), *options])
     assert drive.main() == 0

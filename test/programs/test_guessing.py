@@ -32,7 +32,6 @@ SHOWN = {
     "other programs": ('M83\rM98 P"a.g"\r', Dialect.REPRAP, 2, "M98"),
     "orders": ("G21\n$X\nG0 X1\n", Dialect.GRBL, 2, "$X"),
     "a comment": ("(Grbl 1.1, metric)\nG0 X1\n", Dialect.GRBL, 1, "Grbl"),
-    "a robot": ("; Delta X 2\nG0 X1 F20\n", Dialect.DELTA_X, 1, "Delta X"),
 }
 
 
@@ -50,6 +49,8 @@ def test_a_dialect_is_seen_by_what_only_it_has(name):
         "M73\nG1 X1 F5\n",
         # Numbers of M that belong to whoever builds a mill.
         "M106\nG4 P2\nM107\n",
+        # Its F would be per second.
+        "(roughing, delta x 0.2)\nG1 X1 F5\n",
         "(E5 M83)\nG1 X1 F5 ; E5\n",
         "",
     ],
@@ -64,4 +65,4 @@ def test_a_program_is_read_as_it_shows_unless_the_settings_name_its_dialect():
     assert guessed.guess.startswith("read as marlin, as line 1 has 'M83': if it is another")
     told = read_program("M83\nG4 P500\nG1 X1 E1\n", ProgramSettings(Dialect.KLIPPER))
     assert told.guess == ""
-    assert read_program("G0 X1\n").guess == ""
+    assert read_program("G0 X1\n").guess == "read as nist: nothing shows another dialect"

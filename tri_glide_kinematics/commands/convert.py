@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.picture_commands import add_file, exit_code
+from tri_glide_kinematics.picture_commands import add_file, exit_code, next_line
 
 FIRMWARES = ("klipper", "marlin", "reprap")
 
@@ -45,6 +45,7 @@ def _convert(options: argparse.Namespace) -> None:
         load_firmware_settings,
         load_parameters,
         parameter_text,
+        program_settings_text,
     )
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -64,7 +65,21 @@ def _convert(options: argparse.Namespace) -> None:
     replace_file(options.output, text)
     print(f"{'lines for the firmware' if options.to else 'parameter file'}: {options.output}")
     if not options.to:
-        print(f"next: tri-glide drive PROGRAM --check --parameters {options.output}")
+        # Those that come with the package have the bed of another machine.
+        programs = options.output.with_name(f"{options.output.stem}_programs.yaml")
+        replace_file(programs, program_settings_text(settings))
+        print(f"settings of programs: {programs}")
+        print(
+            next_line(
+                "drive",
+                "PROGRAM",
+                "--check",
+                "--parameters",
+                options.output,
+                "--settings",
+                programs,
+            )
+        )
 
 
 def make_parser() -> argparse.ArgumentParser:

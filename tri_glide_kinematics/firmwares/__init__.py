@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.firmwares.parameters import load_parameters as load_parameters
     from tri_glide_kinematics.firmwares.parameters import parameter_text as parameter_text
     from tri_glide_kinematics.firmwares.parameters import parameters_of as parameters_of
+    from tri_glide_kinematics.firmwares.parameters import (
+        program_settings_text as program_settings_text,
+    )
     from tri_glide_kinematics.firmwares.reading import Firmware as Firmware
     from tri_glide_kinematics.firmwares.reading import FirmwareError as FirmwareError
     from tri_glide_kinematics.firmwares.reading import FirmwareLimits as FirmwareLimits

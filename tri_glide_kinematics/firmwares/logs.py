@@ -334,7 +334,12 @@ def _circle(log: _Log, line: _Line) -> float:
     if radius is None:
         reason = "G33 prints no radius, and the settings have no DELTA_PRINTABLE_RADIUS"
         raise line.error(f"{reason}: name Configuration.h with --settings, too")
-    return MM * radius - log.said("PROBING_MARGIN", 10.0)[0] - math.hypot(*log.probe_offset())
+    offset = log.probe_offset()
+    if "MIN_PROBE_EDGE" in log.settings.said:
+        # Of Marlin up to 2.0.
+        edge = log.said("MIN_PROBE_EDGE")[0]
+        return MM * radius - max(map(abs, (edge, *offset)))
+    return MM * radius - log.said("PROBING_MARGIN", 10.0)[0] - math.hypot(*offset)
 
 
 def _reprap(log: _Log) -> None:

@@ -33,6 +33,7 @@ from tri_glide_kinematics.firmwares.reading import (
     text_of,
 )
 from tri_glide_kinematics.settings import IK_NODE, Values, file_values, machine_of, workspace_of
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.wording import vector_text
 
 FIRST_LINE = "# Parameters of a machine, from settings of a firmware by tri_glide_kinematics."
@@ -147,6 +148,19 @@ def parameter_text(settings: FirmwareSettings) -> str:
     head = [FIRST_LINE, *(f"# {remark}" for remark in remarks), READ + settings.firmware.value]
     head += [KEPT + line for line in kept]
     return "\n".join((*head, "/**: {ros__parameters: {", *rows, "}}\n"))
+
+
+def program_settings_text(settings: FirmwareSettings) -> str:
+    """Return settings of programs: their zero is on the bed, as it is for the firmware.
+
+    Home is 1 mm or a little more below where all sliders could be with the first at its end stop.
+    """
+    resting = TriGlide(settings.machine.geometry).inverse((0.0, 0.0, 0.0))
+    height = min(end - rest for end, rest in zip(settings.end_stops, resting))
+    return (
+        f"unit: mm\ndialect: {settings.firmware.value}\n"
+        f"home: [0, 0, {math.floor(MM * height) - 1}]\noffsets: {{G54: [0, 0, 0]}}\n"
+    )
 
 
 def load_parameters(path: Path, *later: Path) -> tuple[Values, FirmwareSettings | None]:

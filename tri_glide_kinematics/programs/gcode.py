@@ -249,7 +249,7 @@ def read_program(
     guess = guess_dialect(data)
     dialect = guess.dialect if guess else Dialect.NIST
     program = _Interpreter(str(file), data, settings, dialect).program()
-    return replace(program, guess=str(guess or ""))
+    return replace(program, guess=str(guess or "read as nist: nothing shows another dialect"))
 
 
 class _Offsets:
@@ -931,14 +931,15 @@ class _Interpreter:
         if count is not None and count > MOST:
             self._fail(index, f"there may be {MOST} holes in a line at most")
         steps = {axis: line.take(AXES[axis]) for axis in (0, 1)}
+        # All holes of a line begin and end at the same heights.
+        below = self._offsets.shift[2] if self._absolute else self._here[2]
+        clear = below + self._drilled["R"]
+        bottom = self._drilled["Z"] + (below if self._absolute else clear)
+        try:
+            cycle = Cycle(code, clear, bottom, number("Q"), number("P"))
+        except NoHoleError as error:
+            self._fail(index, str(error))
         for _ in range(1 if count is None else count):
-            below = self._offsets.shift[2] if self._absolute else self._here[2]
-            clear = below + self._drilled["R"]
-            bottom = self._drilled["Z"] + (below if self._absolute else clear)
-            try:
-                cycle = Cycle(code, clear, bottom, number("Q"), number("P"))
-            except NoHoleError as error:
-                self._fail(index, str(error))
             self._rise(max(clear, self._here[2]))
             for axis, value in steps.items():
                 if value is not None:

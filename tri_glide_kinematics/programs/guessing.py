@@ -35,7 +35,6 @@ _OF_CURA = re.compile(rb";FLAVOR:([^\r\n]+)")
 
 # What only one dialect has, where it is looked for; the first that is found counts.
 _SIGNS = (
-    (Dialect.DELTA_X, _COMMENT + rb"\b(delta[ _]?x)\b", FIRST),
     (Dialect.KLIPPER, _LINE + rb"([A-Z]+_[A-Z_]+)", HEAD),
     (Dialect.REPRAP, _LINE + rb"(M(?:98|56[678]))\b", HEAD),
     (Dialect.GRBL, _LINE + rb"(\$[A-Z0-9$#]+)", HEAD),

@@ -67,7 +67,8 @@ def meant(text):
     """Return the number that people read in a text; None if it is none, or may be two."""
     text = text.strip(" ")
     before, _, behind = text.partition(",")
-    is_thousand = before[-1:].isdigit() and len(behind) == 3
+    digits = before.lstrip("+-")
+    is_thousand = len(behind) == 3 and 0 < len(digits) < 4 and digits[0] != "0"
     if not set(text) <= set("0123456789.,-+") or is_thousand:
         return None
     text = text.replace(",", ".")

@@ -290,7 +290,7 @@ def name_of(page: int) -> str:
 # What a field of a number may show, and how much of another text is told [characters].
 DECIMAL = re.compile(r"[-+]?(?:[0-9]{1,9}(?:[.,][0-9]{0,9})?|[.,][0-9]{1,9})", re.ASCII)
 WHOLE = re.compile(r"[-+]?[0-9]{1,9}", re.ASCII)
-THOUSAND = re.compile(r"[-+]?[0-9]+,[0-9]{3}", re.ASCII)
+THOUSAND = re.compile(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
 LONGEST_NUMBER = 20
 # Of the fields of speeds [mm/s].
 USUAL_SPEED, SLOWEST_SPEED = 50.0, 0.01
@@ -550,7 +550,11 @@ class OperatorsNumber:
                 self._on_change(self._last)
 
     def _read(self, text: str) -> float:
-        kind = "a whole number" if self._is_whole else "a number such as 2.5"
+        kind = (
+            "a whole number"
+            if self._is_whole
+            else "a number such as 2.5 (a point, where a comma may part thousands)"
+        )
         wanted = kind if self._least == -math.inf else f"{kind}, at least {_shown(self._least)}"
         pattern = WHOLE if self._is_whole else DECIMAL
         number = float(text.replace(",", ".")) if pattern.fullmatch(text.strip()) else math.nan
