@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
 
+from testing.calls import calls
 from tri_glide_kinematics.errors import (
     NotANumberError,
     NotFiniteError,
@@ -82,20 +82,22 @@ def test_joined_paths_meet():
     assert caught.value.distance == pytest.approx(1e-3)
 
 
-def test_many_segments_are_linear_in_time():
-    def seconds(count):
+def test_the_work_of_many_segments_is_linear():
+    def work(count):
         angles = 0.005 * np.arange(count + 1)
         points = 0.02 * np.column_stack((np.cos(angles), np.sin(angles), 0.01 * angles))
-        begin = time.process_time()
-        path = PlatformPath.start(points[0])
-        for point in points[1:].tolist():
-            path = path.line_to(point, 1e-4)
-        at_once(path.driven_in_pieces())
-        assert path.driven is path.driven and len(path.segments) == count
-        return time.process_time() - begin
 
-    seconds(100)
-    assert seconds(10_000) < 25.0 * max(seconds(1_000), 0.01)
+        def make():
+            path = PlatformPath.start(points[0])
+            for point in points[1:].tolist():
+                path = path.line_to(point, 1e-4)
+            at_once(path.driven_in_pieces())
+            assert path.driven is path.driven and len(path.segments) == count
+
+        return calls(make).total()
+
+    work(100)
+    assert work(5_000) < 11.0 * work(500)
 
 
 @pytest.mark.parametrize(
