@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.excitation import exciting_moves as exciting_moves
     from tri_glide_kinematics.calibration.firmwares import MM as MM
     from tri_glide_kinematics.calibration.firmwares import TOWER_ANGLES as TOWER_ANGLES
+    from tri_glide_kinematics.calibration.firmwares import Converted as Converted
     from tri_glide_kinematics.calibration.firmwares import KlipperDelta as KlipperDelta
     from tri_glide_kinematics.calibration.firmwares import MarlinDelta as MarlinDelta
     from tri_glide_kinematics.calibration.firmwares import (

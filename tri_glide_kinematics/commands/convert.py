@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _convert(options: argparse.Namespace) -> None:
-    """Write the parameter file or the lines, or print them.
+    """Write the parameter file and settings of programs, or the lines, or print what is asked for.
 
     Raises:
         KinematicsError: if the files have no settings that can be held here.
@@ -104,7 +104,8 @@ def make_parser() -> argparse.ArgumentParser:
         help="whose settings they are (default: seen from the file)",
     )
     parser.add_argument("--to", choices=FIRMWARES, help="whose lines to write")
-    add_file(parser, "--output", "write to this file (default: print)")
+    meaning = "write to this file, and settings of programs beside it (default: print)"
+    add_file(parser, "--output", meaning)
     return parser
 
 

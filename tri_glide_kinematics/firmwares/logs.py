@@ -34,6 +34,7 @@ from tri_glide_kinematics.calibration import (
     Touch,
 )
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.firmwares.parameters import delta_of
 from tri_glide_kinematics.firmwares.reading import Firmware, FirmwareError, FirmwareSettings
 from tri_glide_kinematics.keys import shortened
 from tri_glide_kinematics.tables import table_text
@@ -102,10 +103,9 @@ def check_no_log(file: str | Path) -> None:
 
 def firmware_lines(machine: MachineParameters, settings: FirmwareSettings) -> str:
     """Return what to type into a firmware for a machine that was calibrated with its settings."""
-    made = type(settings.delta).of(machine, settings.end_stops).settings
-    if isinstance(made, MarlinDelta):
-        made = replace(made, height=made.height + settings.probe_offset)
-    file, command = TYPED[settings.firmware]
+    firmware = settings.firmware
+    made = delta_of(firmware, machine, settings.end_stops, settings.probe_offset).settings
+    file, command = TYPED[firmware]
     return f"lines for {file}, in place of the old ones:\n\n{made}\n\nnext: {command}"
 
 

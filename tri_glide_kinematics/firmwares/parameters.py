@@ -17,6 +17,7 @@ import numpy as np
 
 from tri_glide_kinematics.calibration import (
     MM,
+    Converted,
     KlipperDelta,
     MachineParameters,
     MarlinDelta,
@@ -86,7 +87,7 @@ def parameters_of(settings: FirmwareSettings) -> dict[str, tuple[Any, str]]:
     machine, limits, ends = settings.machine, settings.limits, settings.end_stops
     arms, anchors = machine.geometry.arm_lengths, np.array(machine.geometry.anchors)
     distances = np.linalg.norm(anchors, axis=1).tolist()
-    top = min(e - math.sqrt(a * a - d * d) for e, a, d in zip(ends, arms, distances))
+    top = _top(settings)
     lowest, radius = limits.lowest or 0.0, limits.radius or min(distances)
     margin = DEFAULTS["reach_margin"]
     # Where the platform is farthest from a tower and lowest, to a tenth of a millimetre below.
@@ -137,6 +138,12 @@ def parameters_of(settings: FirmwareSettings) -> dict[str, tuple[Any, str]]:
     return found
 
 
+def _top(settings: FirmwareSettings) -> float:
+    """Return the height of the tool in the middle with the first slider at its end stop [m]."""
+    resting = TriGlide(settings.machine.geometry).inverse((0.0, 0.0, 0.0))
+    return min(end - height for end, height in zip(settings.end_stops, resting))
+
+
 def parameter_text(settings: FirmwareSettings) -> str:
     """Return a parameter file for all nodes; raises as ``parameters_of``."""
     rows = []
@@ -153,13 +160,11 @@ def parameter_text(settings: FirmwareSettings) -> str:
 def program_settings_text(settings: FirmwareSettings) -> str:
     """Return settings of programs: their zero is on the bed, as it is for the firmware.
 
-    Home is 1 mm or a little more below where all sliders could be with the first at its end stop.
+    Home is at least 1 mm below the highest place in the middle.
     """
-    resting = TriGlide(settings.machine.geometry).inverse((0.0, 0.0, 0.0))
-    height = min(end - rest for end, rest in zip(settings.end_stops, resting))
     return (
         f"unit: mm\ndialect: {settings.firmware.value}\n"
-        f"home: [0, 0, {math.floor(MM * height) - 1}]\noffsets: {{G54: [0, 0, 0]}}\n"
+        f"home: [0, 0, {math.floor(MM * _top(settings)) - 1}]\noffsets: {{G54: [0, 0, 0]}}\n"
     )
 
 
@@ -226,6 +231,25 @@ def firmware_text(values: Values, origin: FirmwareSettings | None, firmware: Fir
     )
 
 
+def delta_of(
+    firmware: Firmware, machine: MachineParameters, end_stops: Sequence[float], probe_offset: float
+) -> Converted[Any]:
+    """Return the settings of a firmware for a machine, as its owner types them.
+
+    Args:
+        firmware: whose.
+        machine: to be told.
+        end_stops: heights of the sliders there. Shape (3,) [m].
+        probe_offset: of ``FirmwareSettings``; Marlin takes it from the height after homing [mm].
+    """
+    with np.errstate(invalid="ignore"):
+        converted = KINDS[firmware].of(machine, end_stops)
+    if firmware is Firmware.MARLIN:
+        made = converted.settings
+        return replace(converted, settings=replace(made, height=made.height + probe_offset))
+    return converted
+
+
 def _geometry(
     values: Values, origin: FirmwareSettings | None, firmware: Firmware
 ) -> tuple[dict[str, str], list[int], list[str]]:
@@ -233,12 +257,10 @@ def _geometry(
     machine = MachineParameters(machine_of(values).geometry, values["height_offsets"])
     ends = values["upper_heights"]
     remarks = ["The end stops are where the sliders are at upper_heights."]
-    with np.errstate(invalid="ignore"):
-        converted = KINDS[firmware].of(machine, ends)
+    offset = origin.probe_offset if origin else 0.0
+    converted = delta_of(firmware, machine, ends, offset)
     delta = converted.settings
     if firmware is Firmware.MARLIN:
-        offset = origin.probe_offset if origin else 0.0
-        delta = replace(delta, height=delta.height + offset)
         if not offset:
             remarks.append("With a probe, add its offset along z to DELTA_HEIGHT and M665 H.")
         typed = (delta.diagonal_rod, delta.radius, delta.height, *delta.tower_angle_trim)
