@@ -280,6 +280,20 @@ def test_a_plan_from_rest_is_proved_from_its_start_however_long_that_takes(start
     assert_rests_at(moving, end)
 
 
+@pytest.mark.parametrize("in_pieces", [False, True])
+def test_a_new_target_is_never_refused_for_what_the_shaper_holds_back(in_pieces):
+    """Together with it, one plan in 16 exceeded a limit by up to a tenth; a later one does not."""
+    rng = np.random.default_rng(4)
+    moving = shaped(limits=SliderLimits.uniform(0.5, 6.0, 200.0), in_pieces=in_pieces)
+    for _ in range(30):
+        target = TARGET + rng.uniform(-0.06, 0.06, 3)
+        moving.move_to(target)
+        run(moving, rng.uniform(0.05, 0.4))
+        assert moving.take_refusal() is None
+    run_to_rest(moving)
+    assert_rests_at(moving, target)
+
+
 def test_a_slow_motion_as_fast_as_allowed_is_stopped_at_once():
     limits = SliderLimits.uniform(0.02, 0.06, 20.0)
     begin, target = (0.0484, 0.0507, 0.2744), (-0.0793, 0.0934, 0.2513)

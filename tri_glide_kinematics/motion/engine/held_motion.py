@@ -9,6 +9,7 @@ start at measured heights     no motion                none      none, in force 
 a goal                        leads to it              new       none
 a goal while limits wait      as it was                new       as they were
 a goal with another shaper    brakes                   new       new, with that shaper
+a goal no shaped plan is for  as it was                new       those in force: tried again
 stop                          brakes                   none      as they were
 a moving target               as it was, or brakes     new       as they were
 a step of tracking            step, then braking       same      none, the newest in force

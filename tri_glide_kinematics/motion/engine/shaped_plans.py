@@ -19,6 +19,7 @@ from tri_glide_kinematics.motion.engine.replanning import (
     Replanning,
     longest_stop,
 )
+from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError
 from tri_glide_kinematics.motion.moves import inside
 from tri_glide_kinematics.motion.shaped import DrivenPart, Planned, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Shaping
@@ -89,7 +90,26 @@ class ShapedPlans:
             making: makes the plans.
             goal: that they lead to; None for a stop, or for what goes on.
         """
-        return partial(self.made, making, goal) if self.is_shaped else making
+        return partial(self._made_or_later, making, goal) if self.is_shaped else making
+
+    def _made_or_later(
+        self, making: Making, goal: Command | None, held: HeldMotion, start: float
+    ) -> Interruptible[Replanned]:
+        """Make what is held next; a goal that cannot be made in motion waits, and is tried again.
+
+        What the shaper still holds back may exceed a limit together with the new plan. A little
+        later it does not, as a rule, and never from rest.
+
+        Raises:
+            KinematicsError: if there is no plan.
+        """
+        try:
+            return (yield from self.made(making, goal, held, start))
+        except (SliderLimitError, AddedBoundError):
+            may_wait = goal is not None and goal.path is None and held.pending is None
+            if goal is None or not may_wait or start >= held.rests_at:
+                raise
+            return Replanned(replace(held.with_goal_for_later(goal), pending=held.limits))
 
     def made(
         self, making: Making, goal: Command | None, held: HeldMotion, start: float
