@@ -62,7 +62,7 @@ CONFIGURATION = """\
 #endif
 #define FIX_MOUNTED_PROBE
 #define NOZZLE_TO_PROBE_OFFSET { 3, -4, 0 }
-#define PROBING_MARGIN 5
+#define PROBING_MARGIN (15 / 3)
 """
 CONFIG_G = """\
 M665 R104.2 L214.0:214.0:214.0 B90 H297.05 X0 Y0 Z0 ; a kit

@@ -190,7 +190,7 @@ def test_a_machine_of_this_suite_as_lines(tmp_path):
         ("macro", "K3", "K1", "M669 K must be 3"),
         ("macro", "M665 L300.5", 'M98 P"config.g"\nM665 L300.5', "leads in a circle"),
         ("marlin", "250.00 //", "25O.00 //", "DELTA_HEIGHT is '25O.00', must be a number"),
-        ("marlin", "250.00 //", "(250 / 1) //", "DELTA_HEIGHT is '(250 / 1)'"),
+        ("marlin", "250.00 //", "(250 / 0) //", "DELTA_HEIGHT is '(250 / 0)'"),
         ("marlin", "250.00 //", "9**9**9 //", "DELTA_HEIGHT is '9**9**9'"),
         ("marlin", "250.00 //", "DELTA_HEIGHT //", "DELTA_HEIGHT is 'DELTA_HEIGHT'"),
         ("marlin", "#define DELTA\n", "//#define DELTA\n", "it is of no delta"),
@@ -223,6 +223,24 @@ def test_what_is_wrong_is_named_with_its_place(name, old, new, words, tmp_path):
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("marlin", "250.00 //", "(1 + 999 / 2.0 - 0.5) / +2 //"),
+        # In C, 501 / 2 is 250, and a name stands for its text.
+        ("marlin", "250.00 //", "HALF * 2\n#define HALF 501 / 2 - 125 + 62.5f //"),
+        ("override", "R105.603", "R{(211 + 0.206) / 2}"),
+        ("override", "L215.000:215.107:214.950", "L{430 / 2}:215.107:{214.950}"),
+    ],
+)
+def test_numbers_may_be_arithmetic(name, old, new, tmp_path):
+    sample = SAMPLES[name]
+    changed = {file: text.replace(old, new) for file, text in sample.files.items()}
+    assert changed != sample.files
+    path = Sample(sample.firmware, changed, sample.delta, encoding=sample.encoding).write(tmp_path)
+    check_poses(sample, load_firmware_settings(path).machine)
+
+
 def test_a_file_of_nobody_is_refused(tmp_path):
     file = tmp_path / "notes.txt"
     file.write_text("M665 R100 L200 H200\n")
@@ -232,7 +250,7 @@ def test_a_file_of_nobody_is_refused(tmp_path):
         assert load_firmware_settings(file, firmware=each).delta.radius == 100.0
     with pytest.raises(FirmwareError, match=r"none\.cfg: cannot be read: No such file"):
         load_firmware_settings(tmp_path / "none.cfg")
-    with pytest.raises(FirmwareError, match="is no text"):
+    with pytest.raises(FirmwareError, match="cannot be read: Is a directory"):
         load_firmware_settings(tmp_path)
     file.write_bytes(b"\0\1\2")
     with pytest.raises(FirmwareError, match="is no text"):

@@ -29,6 +29,7 @@ SHOWN = {
     ),
     "a flavor that nobody knows": ("M83\n; gcode_flavor = x3g\n", Dialect.MARLIN, 1, "M83"),
     "names": (PRINTED + "SET_FAN_SPEED FAN=a SPEED=1\n", Dialect.KLIPPER, 3, "SET_FAN_SPEED"),
+    "a fan": ("G21\nM106 P1 S255\nG4 P500\n", Dialect.MARLIN, 2, "M106 P1 S255"),
     "other programs": ('M83\rM98 P"a.g"\r', Dialect.REPRAP, 2, "M98"),
     "orders": ("G21\n$X\nG0 X1\n", Dialect.GRBL, 2, "$X"),
     "a comment": ("(Grbl 1.1, metric)\nG0 X1\n", Dialect.GRBL, 1, "Grbl"),

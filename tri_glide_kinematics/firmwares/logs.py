@@ -34,7 +34,7 @@ from tri_glide_kinematics.calibration import (
     Touch,
 )
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.firmwares.parameters import delta_of
+from tri_glide_kinematics.firmwares.parameters import REMARKS, delta_of
 from tri_glide_kinematics.firmwares.reading import Firmware, FirmwareError, FirmwareSettings
 from tri_glide_kinematics.keys import shortened
 from tri_glide_kinematics.tables import table_text
@@ -104,9 +104,10 @@ def check_no_log(file: str | Path) -> None:
 def firmware_lines(machine: MachineParameters, settings: FirmwareSettings) -> str:
     """Return what to type into a firmware for a machine that was calibrated with its settings."""
     firmware = settings.firmware
-    made = delta_of(firmware, machine, settings.end_stops, settings.probe_offset).settings
+    made, remarks = delta_of(firmware, machine, settings.end_stops, settings.probe_offset)
     file, command = TYPED[firmware]
-    return f"lines for {file}, in place of the old ones:\n\n{made}\n\nnext: {command}"
+    lines = "\n".join((*(REMARKS[firmware] + each for each in remarks), str(made.settings)))
+    return f"lines for {file}, in place of the old ones:\n\n{lines}\n\nnext: {command}"
 
 
 def load_log(
@@ -157,10 +158,7 @@ class _Log:
 
     def said(self, name: str, otherwise: float = 0.0) -> list[float]:
         """Return the numbers of a setting, or this one."""
-        where = self.settings.said.get(name)
-        if where is None:
-            return [otherwise]
-        return _numbers(_Line(where.file, where.line, ""), where.text.strip("{} "), name)
+        return self.settings.numbers(name) or [otherwise]
 
     def touch(self, line: _Line, x: float, y: float, z: float, spread: float = 0.0) -> None:
         """Add a touch of the nozzle; ``spread`` adds to its standard deviation [mm]."""

@@ -233,8 +233,8 @@ def firmware_text(values: Values, origin: FirmwareSettings | None, firmware: Fir
 
 def delta_of(
     firmware: Firmware, machine: MachineParameters, end_stops: Sequence[float], probe_offset: float
-) -> Converted[Any]:
-    """Return the settings of a firmware for a machine, as its owner types them.
+) -> tuple[Converted[Any], list[str]]:
+    """Return the settings of a firmware for a machine, as its owner types them, and remarks.
 
     Args:
         firmware: whose.
@@ -246,8 +246,15 @@ def delta_of(
         converted = KINDS[firmware].of(machine, end_stops)
     if firmware is Firmware.MARLIN:
         made = converted.settings
-        return replace(converted, settings=replace(made, height=made.height + probe_offset))
-    return converted
+        converted = replace(converted, settings=replace(made, height=made.height + probe_offset))
+    remarks = []
+    if converted.towers != (0, 1, 2):
+        arms = ", ".join(str(i + 1) for i in converted.towers)
+        remarks.append(f"Towers A, B, C are arms {arms}.")
+    shift = [round(MM * each, 6) + 0.0 for each in converted.shift]
+    if any(shift):
+        remarks.append(f"x and y here are those of the machine plus {vector_text(shift)} mm.")
+    return converted, remarks
 
 
 def _geometry(
@@ -258,7 +265,7 @@ def _geometry(
     ends = values["upper_heights"]
     remarks = ["The end stops are where the sliders are at upper_heights."]
     offset = origin.probe_offset if origin else 0.0
-    converted = delta_of(firmware, machine, ends, offset)
+    converted, changes = delta_of(firmware, machine, ends, offset)
     delta = converted.settings
     if firmware is Firmware.MARLIN:
         if not offset:
@@ -267,15 +274,9 @@ def _geometry(
         words = _words("LRHXYZABC", (*typed, *delta.diagonal_rod_trim))
         remarks.append(f"Typed, if its radius has no trims: M665 {words}")
         remarks.append(f"and M666 {_words('XYZ', delta.endstop_adj)}")
-    shift = [round(MM * each, 6) + 0.0 for each in converted.shift]
-    if converted.towers != (0, 1, 2):
-        remarks.append(
-            f"Towers A, B, C are arms {', '.join(str(i + 1) for i in converted.towers)}."
-        )
-    if any(shift):
-        remarks.append(f"x and y here are those of the machine plus {vector_text(shift)} mm.")
     made = settings_of(firmware, [(Path(), str(delta))])
-    return {name: each.text for name, each in made.said.items()}, list(converted.towers), remarks
+    texts = {name: each.text for name, each in made.said.items()}
+    return texts, list(converted.towers), remarks + changes
 
 
 def _words(letters: str, numbers: Sequence[float]) -> str:

@@ -16,9 +16,11 @@ are zero. Which limit bounds the tool and which a tower is from their sources:
 
 from __future__ import annotations
 
+import ast
 import math
+import operator
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from configparser import Error, RawConfigParser
 from dataclasses import dataclass
 from enum import Enum
@@ -34,7 +36,7 @@ from tri_glide_kinematics.calibration import (
     RepRapFirmwareDelta,
 )
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.keys import FileError, shortened
+from tri_glide_kinematics.keys import FileError, load_text, shortened
 from tri_glide_kinematics.vectors import Vector3, three
 
 MOST_BYTES = 4_000_000  # larger files are none of settings
@@ -50,14 +52,24 @@ INCLUDE = re.compile(r"^\[include\b(.*)\][^\n\]]*$", re.M)
 REMARK = re.compile(r"//[^\n]*|/\*.*?(?:\*/|\Z)", re.S)
 DIRECTIVE = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif|define|undef)\b\s*(\w*)(.*)", re.S)
 ASKED = re.compile(r"\b(ENABLED|DISABLED|EITHER|ANY|BOTH|ALL|NONE|defined)\s*\(([\w\s,]*)\)")
-EXPRESSION = re.compile(r"(?:(?!\*\*)[-+*().\d\seE]|and|or|not)+")
 # A command, also as a host has logged it, and its words.
 COMMAND = re.compile(r"(?:.*\b(?:Recv|Send): ?)?(?:.*echo:)?(\s*)([GM])0*(\d+)(?![\d.])(.*)", re.I)
 COMMANDS = "M665 M666 M201 M203 M204 M208 M669 M851 M98 M501 G20 G31".split()
-WORD = re.compile(r'\s*([A-Z])\s*("[^"]*"|\{[^}]*\}|[-+.:\d]*)')
+WORD = re.compile(r'\s*([A-Z])\s*("[^"]*"|(?:\{[^}]*\}|[-+.:\d])*)')
 
 ON = ("", "1", "true")
-NO_NUMBER = (ValueError, TypeError, KeyError, ArithmeticError, SyntaxError, MemoryError)
+NO_NUMBER = (ValueError, KeyError, ArithmeticError, SyntaxError, MemoryError, RecursionError)
+OPERATORS: Mapping[type[ast.AST], Callable[..., float]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.UAdd: operator.pos,
+    ast.USub: operator.neg,
+    ast.Not: operator.not_,
+    ast.And: lambda *values: all(values),
+    ast.Or: lambda *values: any(values),
+}
 
 # With a probe, Marlin counts the height after homing from where the probe touches.
 PROBES = frozenset(
@@ -152,6 +164,14 @@ class FirmwareSettings:
     used: tuple[str, ...]
     probe_offset: float = 0.0
 
+    def numbers(self, name: str) -> list[float]:
+        """Return the numbers of any value in ``said``; none if it is not there.
+
+        Raises:
+            FirmwareError: if it has no numbers.
+        """
+        return _Sayings(self.firmware, Path(), dict(self.said)).numbers(name)
+
 
 def load_firmware_settings(
     path: str | Path, *later: str | Path, firmware: Firmware | None = None
@@ -175,7 +195,7 @@ def load_firmware_settings(
 
 def settings_of(firmware: Firmware, files: Sequence[tuple[Path, str]]) -> FirmwareSettings:
     """Return the settings of files with these texts; raises as ``load_firmware_settings``."""
-    said = _Sayings(firmware, files[0][0])
+    said = _Sayings(firmware, files[0][0], {})
     for file, text in files:
         if firmware is Firmware.KLIPPER:
             _scan_klipper(file, text, said)
@@ -198,24 +218,12 @@ def settings_of(firmware: Firmware, files: Sequence[tuple[Path, str]]) -> Firmwa
 
 
 def text_of(file: Path) -> str:
-    """Return a text in UTF-8, in UTF-16 with a mark, or in Latin-1; its lines end in LF.
+    """Return the text of a file.
 
     Raises:
-        FirmwareError: if it cannot be read, or is no text.
+        FirmwareError: if it cannot be read, is no text, or too large for settings.
     """
-    try:
-        is_small = not file.exists() or (file.is_file() and file.stat().st_size <= MOST_BYTES)
-        data = file.read_bytes() if is_small else b"\0"
-        text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FirmwareError(file, "", f"cannot be read: {reason}") from error
-    if "\0" in text:
-        raise FirmwareError(file, "", "is no text, or too large for settings")
-    # What is told of it stays in one line.
-    return re.sub(r"[^\n\t -~\xa0-\u1fff]", "?", re.sub("\r\n?", "\n", text))
+    return load_text(file, FirmwareError, MOST_BYTES)
 
 
 def _guessed(file: Path, text: str) -> Firmware:
@@ -231,10 +239,10 @@ def _guessed(file: Path, text: str) -> Firmware:
 class _Sayings:
     """All values of some files, by name; what is missing or no number is told with its place."""
 
-    def __init__(self, firmware: Firmware, file: Path) -> None:
+    def __init__(self, firmware: Firmware, file: Path, said: dict[str, Said]) -> None:
         self.firmware = firmware
         self.file = file
-        self.said: dict[str, Said] = {}
+        self.said = said
         self.used: dict[str, None] = {}
         self.notes: list[str] = []
         self.probe_offset = 0.0
@@ -255,9 +263,10 @@ class _Sayings:
         name = self.use(*names)
         text = self.said[name].text if name else ""
         is_marlin = self.firmware is Firmware.MARLIN
-        parts = text.strip("{} ").split(",") if is_marlin else text.split(":")
+        is_computed = is_marlin or (self.firmware is Firmware.REPRAP and "{" in text)
+        parts = [each.strip("{} ") for each in re.split("[,:]", text) if name]
         try:
-            numbers = [self.value(each) if is_marlin else float(each) for each in parts if name]
+            numbers = [self.value(each) if is_computed else float(each) for each in parts]
         except NO_NUMBER:
             numbers = [math.nan]
         if not all(above < number < LARGEST for number in numbers):
@@ -313,17 +322,36 @@ class _Sayings:
                 raise self.error(name, f"= {self.said[name].text} {SHEAR}")
 
     def value(self, text: str) -> float:
-        """Return the value of an expression in C without divisions."""
+        """Return the value of an expression: arithmetic in parentheses, and names of values.
+
+        Raises:
+            one of ``NO_NUMBER``: if it is none.
+        """
         for _ in range(DEEPEST):
             text = re.sub(r"(?<=[\d.])[fFlLuU]+\b", "", text[:LONGEST])
             text = re.sub(r"(?<![\w.])(?!and\b|or\b|not\b)[A-Za-z_]\w*", self._inner, text)
-        if not EXPRESSION.fullmatch(text) or re.search(r"[\d.)]\s*\(", text):
-            raise ValueError
-        return float(eval(text.strip(), {"__builtins__": {}}))
+        return float(self._computed(ast.parse(text.strip(), mode="eval").body))
+
+    def _computed(self, part: ast.AST) -> float:
+        match part:
+            case ast.Constant(value=int() | float() as number):
+                return number
+            case ast.UnaryOp(op=sign, operand=inner):
+                return OPERATORS[type(sign)](self._computed(inner))
+            case ast.BoolOp(op=sign, values=values):
+                return OPERATORS[type(sign)](*map(self._computed, values))
+            case ast.BinOp(left=left, op=sign, right=right):
+                one, other = self._computed(left), self._computed(right)
+                found = OPERATORS[type(sign)](one, other)
+                # In C, whole numbers are divided without a rest.
+                is_whole = isinstance(one, int) and isinstance(other, int)
+                return int(found) if is_whole and self.firmware is Firmware.MARLIN else found
+        raise ValueError
 
     def _inner(self, name: re.Match[str]) -> str:
         self.use(name[0])
-        return f"({self.said[name[0]].text})"
+        # As C does: the text, so that of A + B times two only B is doubled.
+        return f" {self.said[name[0]].text} "
 
 
 def _scan_klipper(file: Path, text: str, sayings: _Sayings) -> None:

@@ -42,6 +42,9 @@ _SIGNS = (
     (Dialect.KLIPPER, _COMMENT + rb"\b(klipper)\b", FIRST),
     (Dialect.REPRAP, _COMMENT + rb"\b(reprapfirmware)\b", FIRST),
     (Dialect.MARLIN, _LINE + rb"(M(?:8[234]|20[0-9]|900)\b|M73 [PQRS])", HEAD),
+    # On a mill, M106 might be anything, but has no S of its own.
+    (Dialect.MARLIN, _LINE + rb"(M106 ?(?:P\d+ ?)?S\d+)", HEAD),
+    (Dialect.MARLIN, _COMMENT + rb"\b(marlin(?:_post| device| firmware))\b", FIRST),
     (Dialect.MARLIN, _LINE + rb"(?:G92[ \t]*|G0?[0-3]\b[^\r\n;(]*)(E-?[0-9.]+)", HEAD),
 )
 _PATTERNS = tuple((dialect, re.compile(sign, re.IGNORECASE), end) for dialect, sign, end in _SIGNS)
