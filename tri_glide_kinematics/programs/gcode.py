@@ -140,6 +140,9 @@ def _millimetres(length: float) -> str:
 
 INCH = 25.4 * MILLIMETRE  # m
 
+# By tenfold numbers of G; some mills know G70 and G71, too [m].
+_UNITS = {200: INCH, 700: INCH, 210: MILLIMETRE, 710: MILLIMETRE}
+
 # Steps whose square is shorter make no segment [m^2].
 SHORTEST_SQUARED = SHORTEST * SHORTEST
 
@@ -155,13 +158,20 @@ _G_GROUPS: Mapping[int, str] = MappingProxyType(
         800: "cycle",
         **dict.fromkeys((40, 100, 280, 920, 921, 922, 923), "once"),
         **dict.fromkeys((170, 180, 190), "plane"),
-        **dict.fromkeys((200, 210), "units"),
+        **dict.fromkeys(_UNITS, "units"),
         **dict.fromkeys((900, 910), "distances"),
         **dict.fromkeys((901, 911), "distances of centres"),
         **dict.fromkeys((430, 490), "tool offset"),
         **dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), "work offset"),
         **dict.fromkeys((610, 640), "tolerance"),
-        **{530: "machine coordinates", 400: "compensation", 940: "feed", 970: "spindle"},
+        **{
+            150: "polar",
+            690: "rotation",
+            530: "machine coordinates",
+            400: "compensation",
+            940: "feed",
+            970: "spindle",
+        },
         **dict.fromkeys((980, 990), "retract"),
     }
 )
@@ -194,10 +204,13 @@ _HELP = {
     290: _MAP_HELP,
     611: "use G61: the path stops wherever it is not smooth",
     960: "use G97",
+    **dict.fromkeys((160, 500, 510, 680), "let the CAM program scale and turn the places itself"),
+    **dict.fromkeys((330, 331), "no thread is cut here"),
     270: "write the place as a line",
     520: "use G92 or G54 to G59.3",
 }
 _OFFSET_HELP = "name offsets and tools in the settings, or use G92"
+_CALL_HELP = "write out what it calls; if that does not move the tool, name it under ignored"
 _HELP_OF_M = {
     **dict.fromkeys((2060, 4280, 2180, 2900, 8510), _OFFSET_HELP),
     **dict.fromkeys((920, 6650, 6660), "the geometry is that of the parameters of the machine"),
@@ -205,6 +218,8 @@ _HELP_OF_M = {
     **dict.fromkeys((1200, 1210), "stored states are not restored: write G90 or G91, and F"),
     **dict.fromkeys((4010, 4020, 5850), "nothing is probed while a program runs"),
     **dict.fromkeys((5010, 5020), "it would change offsets: write those of the program itself"),
+    **dict.fromkeys((970, 980, 990), _CALL_HELP),
+    **dict.fromkeys((660, 670, 680), "nothing is read and no voltage set here: see M62 to M65"),
     2080: "the workspace is that of the machine: take it away, or name it under ignored",
     4200: _MAP_HELP,
 }
@@ -496,6 +511,8 @@ class _Interpreter:
             # The first one may begin the program, the second one ends it.
             is_begun = not self._writer.is_empty
             self._ended = self._is_after_percent or is_begun or self._motion is not None
+            if self._ended and words[0].text.strip(PERCENT):
+                self._fail(0, "only % alone ends a program: take away what stands behind it")
             self._is_after_percent = True
             return
         for index, word in enumerate(words):
@@ -518,6 +535,8 @@ class _Interpreter:
 
     def _help_of(self, name: str) -> str:
         """Return what helps where a command is not understood."""
+        if name.startswith("BED_MESH_"):
+            return _MAP_HELP
         others = [
             dialect.value
             for dialect, customs in CUSTOMS.items()
@@ -692,10 +711,8 @@ class _Interpreter:
                     self._tell(letter, "the limits of the machine count")
 
     def _set_units(self, line: _Line) -> None:
-        if 200 in line.g:
-            self._unit = INCH
-        elif 210 in line.g:
-            self._unit = MILLIMETRE
+        for code in line.g.keys() & _UNITS:
+            self._unit = _UNITS[code]
 
     def _set_feed(self, line: _Line) -> None:
         index = line.index("F")
@@ -1151,6 +1168,9 @@ class _Line:
             if value is None:
                 self._fail(index, f"{letter} has no number")
             if letter in "ABCUVW":
+                if value == 0.0:
+                    # Where an axis stays, the tool does not turn.
+                    continue
                 self._fail(index, f"there is no axis {letter}: the platform only translates")
             self._fail(
                 index, f"{letter} has no meaning on this line: take it away if it is not needed"
