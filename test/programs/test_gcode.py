@@ -491,7 +491,8 @@ def test_a_program_that_is_cut_off():
     with pytest.raises(ProgramError, match="line 2: this last line has no end"):
         read("G0 X1\nM3")
     # The last two move nothing and put nothing out, however they would go on.
-    for whole in ("G0 X1\nX12.3\n", "G0 X1\nM2", "%\nG0 X1\n%", "G0 X1\n(end)", "G0 X1\nG80"):
+    lasts = ("X12.3\n", "M2", "(end)", "G80", "\x1a")
+    for whole in ("%\nG0 X1\n%", *(f"G0 X1\n{last}" for last in lasts)):
         assert read(whole).steps
 
 

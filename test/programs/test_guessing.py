@@ -13,6 +13,14 @@ SHOWN = {
     "a number of a line": ("N1 G21\r\nN2 M104 S200\r\nN3 M84\r\n", Dialect.MARLIN, 3, "M84"),
     "extrusion": ("G21\n;M83\nG1 X1 E0.5\n", Dialect.MARLIN, 3, "E0.5"),
     "Cura": (";FLAVOR:Marlin\nSET_A B=1\n", Dialect.MARLIN, 1, ";FLAVOR:Marlin"),
+    "names in a file of Cura": (
+        ";FLAVOR:Marlin\nEXCLUDE_OBJECT_START NAME=a\n",
+        Dialect.KLIPPER,
+        2,
+        "EXCLUDE_OBJECT_START",
+    ),
+    "a program for a board": ("; Marlin device profile\n", Dialect.MARLIN, 1, "Marlin device"),
+    "a fish": ("(leaping marlin)\nM104 T0 S5\n", Dialect.MARLIN, 2, "M104 T0 S5"),
     "RepRap of Cura": (";FLAVOR:RepRap\n", Dialect.REPRAP, 1, ";FLAVOR:RepRap"),
     "Slic3r": (PRINTED + "; gcode_flavor = reprap\n", Dialect.MARLIN, 3, "; gcode_flavor = reprap"),
     "settings at the end": (

@@ -152,7 +152,8 @@ class WordReader:
         if data.startswith(b"\0"):
             reason = "is no text in UTF-8 or ASCII: it begins with zero bytes, as a damaged file"
             raise ProgramError(file, 0, 0, "", reason)
-        data = data.removeprefix(b"\xef\xbb\xbf")
+        # Ctrl-Z is the end of a file of DOS.
+        data = data.removeprefix(b"\xef\xbb\xbf").removesuffix(b"\x1a")
         if b"\r" in data:
             data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
         self._data = data
