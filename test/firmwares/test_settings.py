@@ -91,7 +91,7 @@ def test_there_and_back_no_text_changes(sample, tmp_path, files):
     file = files(parameter_text(settings))
     lines = firmware_text(*load_parameters(file), settings.firmware)
     back = load_firmware_settings(files(lines, "back.txt"), firmware=settings.firmware)
-    assert back.delta == settings.delta
+    assert back.towers == settings.towers
     assert back.limits == settings.limits
     assert back.probe_offset == settings.probe_offset
     for name in settings.used:
@@ -247,7 +247,7 @@ def test_a_file_of_nobody_is_refused(tmp_path):
     with pytest.raises(FirmwareError, match="name it with --from"):
         load_firmware_settings(file)
     for each in (Firmware.MARLIN, Firmware.REPRAP):
-        assert load_firmware_settings(file, firmware=each).delta.radius == 100.0
+        assert load_firmware_settings(file, firmware=each).towers.radii == (100.0,) * 3
     with pytest.raises(FirmwareError, match=r"none\.cfg: cannot be read: No such file"):
         load_firmware_settings(tmp_path / "none.cfg")
     with pytest.raises(FirmwareError, match="cannot be read: Is a directory"):
@@ -294,8 +294,9 @@ def test_older_names_of_trims_and_other_logs_of_hosts(tmp_path):
     with pytest.raises(FirmwareError, match="M665 H or DELTA_HEIGHT or MANUAL_Z_HOME_POS is miss"):
         load_firmware_settings(log)
     both = load_firmware_settings(file, log)
-    assert both.delta.diagonal_rod_trim == (-0.25, 0.0, 0.0)
-    assert (both.delta.radius, both.delta.endstop_adj) == (98.0, (-0.1, 0.0, 0.0))
+    assert both.towers.arms == (216.75, 217.0, 217.0)
+    assert both.towers.radii == (98.0, 98.5, 98.0)
+    assert both.towers.heights == (200.1, 200.0, 200.0)
     assert any("radius of a calibration" in note for note in both.notes)
 
 

@@ -74,8 +74,8 @@ def _convert(options: argparse.Namespace) -> None:
             if write is replace_file:
                 print(f"{name}: {file}")
     if not options.to:
-        given = ("--check", "--parameters", options.output, "--settings", programs)
-        print(next_line("drive", "PROGRAM", *given))
+        own = ("--parameters", options.output, "--settings", programs)
+        print(next_line("drive", "PROGRAM", "--check", *own))
 
 
 def make_parser() -> argparse.ArgumentParser:

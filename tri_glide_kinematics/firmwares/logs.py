@@ -24,18 +24,23 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tri_glide_kinematics.calibration import (
-    MM,
     Distance,
     MachineParameters,
-    MarlinDelta,
     MeasurementFile,
     Plate,
     Priors,
     Touch,
 )
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.firmwares.parameters import REMARKS, delta_of
-from tri_glide_kinematics.firmwares.reading import Firmware, FirmwareError, FirmwareSettings
+from tri_glide_kinematics.firmwares.parameters import lines_of, texts_of
+from tri_glide_kinematics.firmwares.reading import (
+    HEIGHT,
+    RADIUS,
+    Firmware,
+    FirmwareError,
+    FirmwareSettings,
+)
+from tri_glide_kinematics.firmwares.towers import MM, TOWER_ANGLES
 from tri_glide_kinematics.keys import shortened
 from tri_glide_kinematics.tables import table_text
 from tri_glide_kinematics.tri_glide import TriGlide
@@ -104,9 +109,9 @@ def check_no_log(file: str | Path) -> None:
 def firmware_lines(machine: MachineParameters, settings: FirmwareSettings) -> str:
     """Return what to type into a firmware for a machine that was calibrated with its settings."""
     firmware = settings.firmware
-    made, remarks = delta_of(firmware, machine, settings.end_stops, settings.probe_offset)
+    made = texts_of(firmware, machine, settings.end_stops, settings.probe_offset)
     file, command = TYPED[firmware]
-    lines = "\n".join((*(REMARKS[firmware] + each for each in remarks), str(made.settings)))
+    lines = "\n".join(lines_of(firmware, made.texts, made.remarks))
     return f"lines for {file}, in place of the old ones:\n\n{lines}\n\nnext: {command}"
 
 
@@ -289,11 +294,11 @@ def _g33(log: _Log, run: list[_Line], command: str | None) -> None:
         FirmwareError: if the heights are none of single touches, it is not known where they were,
             or other settings were in force.
     """
-    delta = log.settings.delta
-    assert isinstance(delta, MarlinDelta)
-    known = {"Height": delta.height + log.settings.probe_offset, "Radius": delta.radius}
-    for kind, values in (("E", delta.endstop_adj), ("T", delta.tower_angle_trim)):
-        known |= {kind + axis: value for axis, value in zip("xyz", values)}
+    towers, (height,) = log.settings.towers, log.settings.numbers(*HEIGHT)
+    known = {"Height": height, "Radius": log.settings.numbers(*RADIUS)[0]}
+    for i, axis in enumerate("xyz"):
+        known["E" + axis] = height - log.settings.probe_offset - towers.heights[i]
+        known["T" + axis] = towers.angles[i] - TOWER_ANGLES[i]
     heights: dict[str, float] = {}
     radius: float | None = None
     for line in run:

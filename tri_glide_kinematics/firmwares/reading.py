@@ -27,15 +27,11 @@ from enum import Enum
 from glob import glob
 from pathlib import Path
 
-from tri_glide_kinematics.calibration import (
-    MM,
-    TOWER_ANGLES,
-    KlipperDelta,
-    MachineParameters,
-    MarlinDelta,
-    RepRapFirmwareDelta,
-)
+import numpy as np
+
+from tri_glide_kinematics.calibration import MachineParameters
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.firmwares.towers import MM, TOWER_ANGLES, Towers
 from tri_glide_kinematics.keys import FileError, load_text, shortened
 from tri_glide_kinematics.vectors import Vector3, three
 
@@ -77,14 +73,15 @@ PROBES = frozenset(
     "SOLENOID_PROBE SENSORLESS_PROBING TOUCH_MI_PROBE RACK_AND_PINION_PROBE MAGLEV4 BD_SENSOR "
     "MAG_MOUNTED_PROBE BIQU_MICROPROBE_V1 BIQU_MICROPROBE_V2 DUET_SMART_EFFECTOR".split()
 )
+# Values of Marlin, as M503 prints them and in its headers.
+HEIGHT = ("M665 H", "DELTA_HEIGHT", "MANUAL_Z_HOME_POS")
+RADIUS = ("M665 R", "DELTA_RADIUS")
 SHEAR = "must be 0: a bed that is tilted shears z, which vertical sliders do not do; level it"
 SIGNS = {
     "klipper": r"^\[(printer|stepper_[abc]|include .*)\]",
     "marlin": r"^\s*#\s*define\s|\becho:|^\s*M851\b|^\s*M665\b[^;\n]*[SAC]-?\d",
     "reprap": r"^M(569|584|574|669|671)\b|^M665\b[^;\n]*:|^M666\b[^;\n]*[AB]-?\d",
 }
-
-Delta = KlipperDelta | MarlinDelta | RepRapFirmwareDelta
 
 
 class Firmware(Enum):
@@ -141,7 +138,7 @@ class FirmwareSettings:
 
     Attributes:
         firmware: whose they are.
-        delta: its settings of the geometry, in its own terms [mm], [degrees].
+        towers: its geometry, as it holds it [mm], [degrees].
         machine: the same machine; its arms are towers A, B and C. A reported height is that of the
             slider above the bed, as the firmware itself counts, so all offsets are zero.
         end_stops: heights of the sliders at their end stops. Shape (3,) [m].
@@ -155,7 +152,7 @@ class FirmwareSettings:
     """
 
     firmware: Firmware
-    delta: Delta
+    towers: Towers
     machine: MachineParameters
     end_stops: Vector3
     limits: FirmwareLimits
@@ -164,13 +161,13 @@ class FirmwareSettings:
     used: tuple[str, ...]
     probe_offset: float = 0.0
 
-    def numbers(self, name: str) -> list[float]:
-        """Return the numbers of any value in ``said``; none if it is not there.
+    def numbers(self, *names: str) -> list[float]:
+        """Return the numbers of the first of these values in ``said``; none if none is there.
 
         Raises:
             FirmwareError: if it has no numbers.
         """
-        return _Sayings(self.firmware, Path(), dict(self.said)).numbers(name)
+        return _Sayings(self.firmware, Path(), dict(self.said)).numbers(*names)
 
 
 def load_firmware_settings(
@@ -205,15 +202,14 @@ def settings_of(firmware: Firmware, files: Sequence[tuple[Path, str]]) -> Firmwa
             _scan_header(file, text, said)
         _scan_commands(file, text, said, [])
     readers = {Firmware.KLIPPER: _klipper, Firmware.MARLIN: _marlin, Firmware.REPRAP: _reprap}
-    delta, limits = readers[firmware](said)
+    towers, limits = readers[firmware](said)
     try:
-        # Heights are counted from the end stops, which are then as high as the offsets.
-        machine = delta.machine()
+        geometry, end_stops = towers.machine()
     except KinematicsError as error:
         raise FirmwareError(files[0][0], "", f"is of no working machine: {error}") from error
-    found = MachineParameters(machine.geometry), machine.height_offsets, limits
+    found = towers, MachineParameters(geometry), end_stops, limits
     return FirmwareSettings(
-        firmware, delta, *found, tuple(said.notes), said.said, tuple(said.used), said.probe_offset
+        firmware, *found, tuple(said.notes), said.said, tuple(said.used), said.probe_offset
     )
 
 
@@ -495,7 +491,7 @@ def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: list[Path]) 
                 sayings.said[f"{command} {letter}{end}"] = Said(value, str(file), number)
 
 
-def _klipper(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
+def _klipper(said: _Sayings) -> tuple[Towers, FirmwareLimits]:
     kind = said.use("printer.kinematics")
     kinematics = said.said[kind].text if kind else "delta"
     if kinematics != "delta":
@@ -512,10 +508,10 @@ def _klipper(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
         radius=said.one("printer.print_radius", above=0.0, unit=MM),
         lowest=said.one("printer.minimum_z_position", unit=MM),
     )
-    return KlipperDelta(radius, angles, three(arms), three(ends)), limits
+    return Towers((radius,) * 3, angles, three(arms), three(ends)), limits
 
 
-def _marlin(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
+def _marlin(said: _Sayings) -> tuple[Towers, FirmwareLimits]:
     known = said.said.keys()
     if not said.use("DELTA", "DELTA_RADIUS", "M665 R"):
         raise FirmwareError(said.file, "", "has no #define DELTA and no M665: it is of no delta")
@@ -531,14 +527,17 @@ def _marlin(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
     said.probe_offset = offset or 0.0
     if offset:
         said.notes.append(f"after homing, z is DELTA_HEIGHT less {offset:g} mm, that of the probe")
-    delta = MarlinDelta(
-        said.needed("M665 H", "DELTA_HEIGHT", "MANUAL_Z_HOME_POS") - said.probe_offset,
-        said.each("DELTA_ENDSTOP_ADJ", _letters("M666"), NONE),
-        said.needed("M665 R", "DELTA_RADIUS"),
-        said.each("DELTA_RADIUS_TRIM_TOWER", [""] * 3, NONE),
-        said.needed("M665 L", "DELTA_DIAGONAL_ROD"),
-        said.each("DELTA_DIAGONAL_ROD_TRIM_TOWER", _letters("M665", "ABC"), NONE),
-        said.each("DELTA_TOWER_ANGLE_TRIM", _letters("M665"), NONE),
+    height = said.needed(*HEIGHT) - said.probe_offset
+    ends = said.each("DELTA_ENDSTOP_ADJ", _letters("M666"), NONE)
+    radius, rod = said.needed(*RADIUS), said.needed("M665 L", "DELTA_DIAGONAL_ROD")
+    radii = said.each("DELTA_RADIUS_TRIM_TOWER", [""] * 3, NONE)
+    rods = said.each("DELTA_DIAGONAL_ROD_TRIM_TOWER", _letters("M665", "ABC"), NONE)
+    turns = said.each("DELTA_TOWER_ANGLE_TRIM", _letters("M665"), NONE)
+    towers = Towers(
+        three(np.add(radius, radii)),
+        three(np.add(TOWER_ANGLES, turns)),
+        three(np.add(rod, rods)),
+        three(np.subtract(height, ends)),
     )
     defined = ("DEFAULT_ACCELERATION", "DEFAULT_TRAVEL_ACCELERATION")
     limits = FirmwareLimits(
@@ -548,10 +547,10 @@ def _marlin(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
         said.speeds("DEFAULT_MAX_ACCELERATION", "M201"),
         said.one("PRINTABLE_RADIUS", "DELTA_PRINTABLE_RADIUS", above=0.0, unit=MM),
     )
-    return delta, limits
+    return towers, limits
 
 
-def _reprap(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
+def _reprap(said: _Sayings) -> tuple[Towers, FirmwareLimits]:
     if said.one("M669 K") not in (None, 3.0):
         raise said.error("M669 K", "must be 3: a linear delta")
     said.level("M666 A", "M666 B")
@@ -561,7 +560,8 @@ def _reprap(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
         raise said.error("M665 L", "is missing, or has neither one number nor three")
     turns, ends = (said.each("", _letters(code), NONE) for code in ("M665", "M666"))
     rods = rods * (3 // len(rods))
-    delta = RepRapFirmwareDelta(three(rods), radius, said.needed("M665 H"), turns, ends)
+    heights = three(np.add(said.needed("M665 H"), ends))
+    towers = Towers((radius,) * 3, three(np.add(TOWER_ANGLES, turns)), three(rods), heights)
     span = said.numbers("M208 Z", unit=MM)
     lowest = said.one("M208 Z S1", unit=MM)
     limits = FirmwareLimits(
@@ -570,7 +570,7 @@ def _reprap(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
         radius=said.one("M665 B", above=0.0, unit=MM),
         lowest=span[0] if lowest is None and len(span) == 2 else lowest,
     )
-    return delta, limits
+    return towers, limits
 
 
 def _letters(command: str, letters: str = "XYZ") -> list[str]:
