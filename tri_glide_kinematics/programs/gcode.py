@@ -225,6 +225,8 @@ _HELP_OF_M = {
     4200: _MAP_HELP,
 }
 _JOG_HELP = "write what is to be driven as lines of G1, and not as jogs"
+# So many commands that are not understood are named at once.
+MOST_NAMES = 8
 _IGNORED_HELP = "if it does not concern the motion, name it in the settings under ignored"
 
 
@@ -637,14 +639,19 @@ class _Interpreter:
 
     def _carry_out_name(self, name: str, index: int) -> None:
         """Carry out a line that begins with a name, or an order to grbl."""
-        is_told = name in self._settings.ignored or name.startswith(self._customs.names)
         if name == "$H" and self._dialect is Dialect.GRBL:
             self._go_home(_Line("", (), self._fail), index)
-        elif name.startswith("$J") or not is_told:
+        elif name.startswith("$J") or not self._is_told_name(name):
             help_text = _JOG_HELP if name.startswith("$J") else self._help_of(name)
+            if help_text is _IGNORED_HELP:
+                names = [each for each in self._reader.names() if not self._is_told_name(each)]
+                help_text += f": {', '.join(names[:MOST_NAMES])}"
             self._fail(index, f"this command is not understood: {help_text}")
         else:
             self._tell(name, "it does not concern the motion")
+
+    def _is_told_name(self, name: str) -> bool:
+        return name in self._settings.ignored or name.startswith(self._customs.names)
 
     def _help_of(self, name: str) -> str:
         """Return what helps where a command is not understood."""

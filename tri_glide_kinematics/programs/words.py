@@ -50,6 +50,7 @@ CHECKSUM = re.compile(rb"\*[ \t]*(\d{1,3})[ \t]*$", re.MULTILINE)
 # The same, for a line that is read word by word.
 GAP = re.compile(r"(?:[ \t]|\((?:[^()]|\([^()]*\))*\)|;.*)*")
 NAME = re.compile(r"[A-Za-z_]{2,}|\$[^\s;(]*")
+FIRST_NAME = re.compile(rb"^[ \t]*([A-Z_]{2,})", re.MULTILINE | re.IGNORECASE)
 SIGNED = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(rf"([A-Za-z])(?:[ \t]*({SIGNED})(?![0-9.+-])|[ \t]*(\"[^\"]*\"))?")
 LINE_CHECKSUM = re.compile(r"\*[ \t]*([0-9]+)[ \t]*(?:;.*)?$")
@@ -165,6 +166,11 @@ class WordReader:
     def ends_in_a_line(self) -> bool:
         """Whether the last line has no end, as that of a file that is cut off."""
         return not self._data.endswith(b"\n")
+
+    def names(self) -> list[str]:
+        """Return the commands of several letters that lines begin with, each once."""
+        found = dict.fromkeys(name.decode().upper() for name in FIRST_NAME.findall(self._data))
+        return [name for name in found if not BRANCH.match(name)]
 
     def blocks(self) -> Iterator[Block]:
         """Yield all words, some lines after the other."""
