@@ -161,9 +161,9 @@ class _Log:
         self.distances: list[Distance] = []
         self.notes: list[str] = []
 
-    def said(self, name: str, otherwise: float = 0.0) -> list[float]:
-        """Return the numbers of a setting, or this one."""
-        return self.settings.numbers(name) or [otherwise]
+    def number(self, *names: str, otherwise: float) -> float:
+        """Return the number of the first of these settings that is there."""
+        return (self.settings.numbers(*names) or [otherwise])[0]
 
     def touch(self, line: _Line, x: float, y: float, z: float, spread: float = 0.0) -> None:
         """Add a touch of the nozzle; ``spread`` adds to its standard deviation [mm]."""
@@ -180,12 +180,12 @@ class _Log:
         """Return where the probe is from the nozzle."""
         if {"NOZZLE_AS_PROBE", "SENSORLESS_PROBING"} & self.settings.said.keys():
             return 0.0, 0.0
-        both = [*self.said("NOZZLE_TO_PROBE_OFFSET"), 0.0]
+        both = [*self.settings.numbers("NOZZLE_TO_PROBE_OFFSET"), 0.0, 0.0]
         code = "G31" if self.settings.firmware is Firmware.REPRAP else "M851"
-        older = (
-            self.said(f"{axis}_PROBE_OFFSET_FROM_EXTRUDER", at)[0] for axis, at in zip("XY", both)
+        x, y = (
+            self.number(f"{code} {axis}", f"{axis}_PROBE_OFFSET_FROM_EXTRUDER", otherwise=at)
+            for axis, at in zip("XY", both)
         )
-        x, y = (self.said(f"{code} {axis}", at)[0] for axis, at in zip("XY", older))
         return x, y
 
     def end_at(self, line: _Line) -> None:
@@ -251,13 +251,14 @@ def _step(log: _Log, stepper: str) -> float:
     """Return how far a tower moves in one step [mm]."""
     names = ("rotation_distance", "microsteps", "full_steps_per_rotation")
     turn, micro, full = (
-        log.said(f"{stepper}.{name}", usual)[0]
+        log.number(f"{stepper}.{name}", otherwise=usual)
         for name, usual in zip(names, (math.nan, math.nan, 200.0))
     )
     gears = log.settings.said.get(f"{stepper}.gear_ratio")
     for driven, driving in re.findall(rf"{NUMBER}\s*:\s*{NUMBER}", gears.text if gears else ""):
         full *= float(driven) / (float(driving) or math.nan)
-    step = log.said(f"{stepper}.step_distance", turn / (micro * full or math.nan))[0]
+    step = turn / (micro * full or math.nan)
+    step = log.number(f"{stepper}.step_distance", otherwise=step)
     if not step > 0.0:
         reason = f"counts steps, and the settings of {stepper} tell none by its {names[0]}"
         raise log.lines[0].error(f"{reason} and {names[1]}")
@@ -310,7 +311,7 @@ def _g33(log: _Log, run: list[_Line], command: str | None) -> None:
         radius = float(circle[1]) if circle else radius
         heights |= {name: float(text) for name, text in RESULT.findall(line.content)}
     words = dict(re.findall(r"([A-Z])\s*(-?[\d.]*)", command or ""))
-    points = words.get("P", f"{log.said('DELTA_CALIBRATION_DEFAULT_POINTS', 4.0)[0]:g}")
+    points = words.get("P", f"{log.number('DELTA_CALIBRATION_DEFAULT_POINTS', otherwise=4.0):g}")
     if command is None:
         points = "4 or more, as the command is not there" if len(heights) == 7 else "2"
     if not heights:
@@ -331,18 +332,19 @@ def _g33(log: _Log, run: list[_Line], command: str | None) -> None:
 
 def _circle(log: _Log, line: _Line) -> float:
     """Return the radius of the places of G33 [mm]."""
-    if "DELTA_CALIBRATION_RADIUS" in log.settings.said:
-        return log.said("DELTA_CALIBRATION_RADIUS")[0]
+    given = log.settings.numbers("DELTA_CALIBRATION_RADIUS")
+    if given:
+        return given[0]
     radius = log.settings.limits.radius
     if radius is None:
         reason = "G33 prints no radius, and the settings have no DELTA_PRINTABLE_RADIUS"
         raise line.error(f"{reason}: name Configuration.h with --settings, too")
     offset = log.probe_offset()
-    if "MIN_PROBE_EDGE" in log.settings.said:
+    edge = log.settings.numbers("MIN_PROBE_EDGE")
+    if edge:
         # Of Marlin up to 2.0.
-        edge = log.said("MIN_PROBE_EDGE")[0]
-        return MM * radius - max(map(abs, (edge, *offset)))
-    return MM * radius - log.said("PROBING_MARGIN", 10.0)[0] - math.hypot(*offset)
+        return MM * radius - max(map(abs, (*edge, *offset)))
+    return MM * radius - log.number("PROBING_MARGIN", otherwise=10.0) - math.hypot(*offset)
 
 
 def _reprap(log: _Log) -> None:
