@@ -105,6 +105,12 @@ def write_file(file: str | Path, content: str | bytes) -> None:
     _put(Path(file).resolve(), content, keeps_old=False)
 
 
+def check_place(file: str | Path, text: str) -> None:
+    """Check that what stands where ``replace_file`` writes may be replaced; raises as it does."""
+    if Path(file).exists():
+        _checked_content(Path(file), text.split("\n", 1)[0])
+
+
 def replace_file(file: str | Path, text: str) -> None:
     """Write a file as ``write_file`` does, and keep what was there before.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -23,6 +24,11 @@ UNITS = {"m": 1.0, "mm": 0.001}
 LONGEST_TEXT = 80
 _SHORT = reprlib.Repr()
 _SHORT.maxother = _SHORT.maxstring = _SHORT.maxlong = LONGEST_TEXT
+
+# Bytes of a text that anybody reads whole: some minutes of an accelerometer.
+LARGEST_TEXT = 64_000_000
+# Characters that a terminal obeys, and other ends of a line than LF.
+_CONTROLS = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 
 
 class FileError(KinematicsError):
@@ -100,6 +106,39 @@ def yaml_tree(loader: Any) -> yaml.Node | None:
                 seen[name] = key
             left += [value, key]
     return root
+
+
+def load_text(
+    file: str | Path,
+    error_class: Callable[[Any, str, str], KinematicsError],
+    most: int = LARGEST_TEXT,
+) -> str:
+    """Return a text in UTF-8, in UTF-16 with a mark, or in Latin-1; its lines end in LF.
+
+    Args:
+        file: its path.
+        error_class: makes an error of the file, the place in it and the reason.
+        most: bytes that it may have.
+
+    Raises:
+        KinematicsError: of this ``error_class``, if it cannot be read, is no text, or too large.
+    """
+    try:
+        with Path(file).open("rb") as stream:
+            data = stream.read(most + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise error_class(file, "", f"cannot be read: {reason}") from error
+    if len(data) > most:
+        raise error_class(file, "", f"is larger than {most:,} bytes: is it another file?")
+    try:
+        text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    if "\0" in text:
+        raise error_class(file, "", "is no text")
+    # What is told of it stays in one line.
+    return _CONTROLS.sub("?", text.replace("\r\n", "\n").replace("\r", "\n"))
 
 
 def load_yaml(file: str | Path, error_class: Callable[[Any, str, str], KinematicsError]) -> Any:

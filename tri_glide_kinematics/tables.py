@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.checks import LARGEST
-from tri_glide_kinematics.keys import FileError, shortened
+from tri_glide_kinematics.keys import FileError, load_text, shortened
 from tri_glide_kinematics.vectors import FloatArray
 
 NOT_FINITE = "is not a finite number"
@@ -104,18 +104,12 @@ def read_table(
 
 
 def table_text(file: str | Path) -> str:
-    """Return the text of a file: in UTF-8, or in Latin-1 as older programs write it.
+    """Return the text of a file, in whichever encoding.
 
     Raises:
         TableError: if it cannot be read.
     """
-    try:
-        try:
-            return Path(file).read_text(encoding="utf-8-sig")
-        except UnicodeDecodeError:
-            return Path(file).read_text(encoding="latin-1")
-    except OSError as error:
-        raise TableError(file, 0, 0, f"cannot be read: {error.strerror or error}") from error
+    return load_text(file, lambda file, _, reason: TableError(file, 0, 0, reason))
 
 
 def parse_table(

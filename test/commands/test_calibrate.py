@@ -53,12 +53,18 @@ def test_a_log_becomes_lines_for_its_firmware(tmp_path, capsys, monkeypatch):
     Path("config.g").write_text(SETTINGS)
     Path("bed.g").write_text(PLACES)
     Path("g32.txt").write_text(f"G32 bed probe heights: {HEIGHTS}, mean 0.303\n")
-    arguments = ["g32.txt", "--settings", "config.g", "--places", "bed.g", "--next", "0"]
+    Path("older.g").write_text(SETTINGS.replace("L214.0", "L999"))
+    settings = ["--settings", "older.g", "config.g"]
+    with pytest.raises(SystemExit):
+        main([*settings, "g32.txt"])
+    assert "name the file that is to be calibrated first" in capsys.readouterr().err
+    arguments = ["g32.txt", *settings, "--places", "bed.g", "--next", "0"]
     assert main(arguments) == 0
     said = capsys.readouterr()
     assert "calibrate: note: assumed (standard deviations): touches within 0.02 mm" in said.err
     lines = said.out.splitlines()
     assert lines[-1] == "next: M500"
+    assert re.search(r"^; x and y here are those of the machine plus .* mm.$", said.out, re.M)
     # The bed was met 0.3 mm too early: the nozzle is lower than the firmware believes.
     height = re.search(r"^M665 L\S+ R\S+ H(\S+)", said.out, re.MULTILINE)
     assert float(height[1]) == pytest.approx(297.05 - 0.303, abs=0.1)

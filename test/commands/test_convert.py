@@ -55,6 +55,16 @@ def test_notes_are_told_beside_what_is_printed(tmp_path, capsys):
     assert "printer.max_z_velocity" in told.err
 
 
+def test_where_another_file_is_in_the_way_nothing_is_written(tmp_path, capsys):
+    programs = tmp_path / "duet_programs.yaml"
+    programs.write_text("of somebody\n")
+    assert run(SAMPLES["duet"].write(tmp_path), "--output", tmp_path / "duet.yaml") == 1
+    told = capsys.readouterr()
+    assert f"convert: error: {programs}: cannot be written: it is there, and its" in told.err
+    assert told.out == ""
+    assert not (tmp_path / "duet.yaml").exists()
+
+
 def test_another_file_is_not_overwritten(tmp_path, capsys):
     file = SAMPLES["duet"].write(tmp_path)
     before = file.read_text()

@@ -11,7 +11,7 @@ from mutations import mutated
 from soak import many, seed
 
 from testing.wrong_machines import ring
-from tri_glide_kinematics.calibration import KlipperDelta, MachineParameters, Priors
+from tri_glide_kinematics.calibration import MachineParameters, Priors
 from tri_glide_kinematics.calibration.fit import NoMachineThereError
 from tri_glide_kinematics.calibration.session import solved
 from tri_glide_kinematics.errors import KinematicsError
@@ -21,6 +21,7 @@ from tri_glide_kinematics.firmwares import (
     load_firmware_settings,
     load_log,
 )
+from tri_glide_kinematics.firmwares.towers import towers_of
 from tri_glide_kinematics.tri_glide import TriGlide
 
 MM = 1e3
@@ -62,7 +63,7 @@ CONFIGURATION = """\
 #endif
 #define FIX_MOUNTED_PROBE
 #define NOZZLE_TO_PROBE_OFFSET { 3, -4, 0 }
-#define PROBING_MARGIN 5
+#define PROBING_MARGIN (15 / 3)
 """
 CONFIG_G = """\
 M665 R104.2 L214.0:214.0:214.0 B90 H297.05 X0 Y0 Z0 ; a kit
@@ -449,15 +450,17 @@ def test_a_distance_between_other_places_is_named(tmp_path):
     with pytest.raises(NoMachineThereError, match="distance 2 does not fit the nominal machine"):
         solved(content)
     # One that was measured at another ridge is left out and named.
-    files[0].write_text(re.sub(r"distance1 = \d+", "distance1 = 131", whole))
+    longer = re.sub(r"(?<=distance1 = )\S+", lambda told: f"{float(told[0]) + 0.7}", whole)
+    files[0].write_text(longer)
     assert solved(load_log(files, printer.settings)[0]).outliers == ("distance 2",)
 
 
 def test_the_settings_that_are_found_are_lines_of_the_firmware(tmp_path):
     printer, files = log_of(tmp_path, "klipper", 3)
     result = solved(load_log(files, printer.settings)[0])
-    found = KlipperDelta.of(result.machine, printer.settings.end_stops)
-    back = found.settings.machine(printer.settings.end_stops)
+    found = towers_of(result.machine, printer.settings.end_stops)
+    geometry, ends = found.towers.machine()
+    back = MachineParameters(geometry, np.subtract(ends, printer.settings.end_stops))
     for x, y in ring(70.0, 6):
         heights = np.array(printer.believed.inverse((x / MM, y / MM, 0.0)))
         places = [

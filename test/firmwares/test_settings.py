@@ -91,7 +91,7 @@ def test_there_and_back_no_text_changes(sample, tmp_path, files):
     file = files(parameter_text(settings))
     lines = firmware_text(*load_parameters(file), settings.firmware)
     back = load_firmware_settings(files(lines, "back.txt"), firmware=settings.firmware)
-    assert back.delta == settings.delta
+    assert back.towers == settings.towers
     assert back.limits == settings.limits
     assert back.probe_offset == settings.probe_offset
     for name in settings.used:
@@ -190,7 +190,7 @@ def test_a_machine_of_this_suite_as_lines(tmp_path):
         ("macro", "K3", "K1", "M669 K must be 3"),
         ("macro", "M665 L300.5", 'M98 P"config.g"\nM665 L300.5', "leads in a circle"),
         ("marlin", "250.00 //", "25O.00 //", "DELTA_HEIGHT is '25O.00', must be a number"),
-        ("marlin", "250.00 //", "(250 / 1) //", "DELTA_HEIGHT is '(250 / 1)'"),
+        ("marlin", "250.00 //", "(250 / 0) //", "DELTA_HEIGHT is '(250 / 0)'"),
         ("marlin", "250.00 //", "9**9**9 //", "DELTA_HEIGHT is '9**9**9'"),
         ("marlin", "250.00 //", "DELTA_HEIGHT //", "DELTA_HEIGHT is 'DELTA_HEIGHT'"),
         ("marlin", "#define DELTA\n", "//#define DELTA\n", "it is of no delta"),
@@ -223,16 +223,34 @@ def test_what_is_wrong_is_named_with_its_place(name, old, new, words, tmp_path):
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("marlin", "250.00 //", "(1 + 999 / 2.0 - 0.5) / +2 //"),
+        # In C, 501 / 2 is 250, and a name stands for its text.
+        ("marlin", "250.00 //", "HALF * 2\n#define HALF 501 / 2 - 125 + 62.5f //"),
+        ("override", "R105.603", "R{(211 + 0.206) / 2}"),
+        ("override", "L215.000:215.107:214.950", "L{430 / 2}:215.107:{214.950}"),
+    ],
+)
+def test_numbers_may_be_arithmetic(name, old, new, tmp_path):
+    sample = SAMPLES[name]
+    changed = {file: text.replace(old, new) for file, text in sample.files.items()}
+    assert changed != sample.files
+    path = Sample(sample.firmware, changed, sample.delta, encoding=sample.encoding).write(tmp_path)
+    check_poses(sample, load_firmware_settings(path).machine)
+
+
 def test_a_file_of_nobody_is_refused(tmp_path):
     file = tmp_path / "notes.txt"
     file.write_text("M665 R100 L200 H200\n")
     with pytest.raises(FirmwareError, match="name it with --from"):
         load_firmware_settings(file)
     for each in (Firmware.MARLIN, Firmware.REPRAP):
-        assert load_firmware_settings(file, firmware=each).delta.radius == 100.0
+        assert load_firmware_settings(file, firmware=each).towers.radii == (100.0,) * 3
     with pytest.raises(FirmwareError, match=r"none\.cfg: cannot be read: No such file"):
         load_firmware_settings(tmp_path / "none.cfg")
-    with pytest.raises(FirmwareError, match="is no text"):
+    with pytest.raises(FirmwareError, match="cannot be read: Is a directory"):
         load_firmware_settings(tmp_path)
     file.write_bytes(b"\0\1\2")
     with pytest.raises(FirmwareError, match="is no text"):
@@ -276,8 +294,9 @@ def test_older_names_of_trims_and_other_logs_of_hosts(tmp_path):
     with pytest.raises(FirmwareError, match="M665 H or DELTA_HEIGHT or MANUAL_Z_HOME_POS is miss"):
         load_firmware_settings(log)
     both = load_firmware_settings(file, log)
-    assert both.delta.diagonal_rod_trim == (-0.25, 0.0, 0.0)
-    assert (both.delta.radius, both.delta.endstop_adj) == (98.0, (-0.1, 0.0, 0.0))
+    assert both.towers.arms == (216.75, 217.0, 217.0)
+    assert both.towers.radii == (98.0, 98.5, 98.0)
+    assert both.towers.heights == (200.1, 200.0, 200.0)
     assert any("radius of a calibration" in note for note in both.notes)
 
 

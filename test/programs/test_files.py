@@ -43,8 +43,10 @@ def read(name):
     """Read a file; if it is refused, do what the error says."""
     if name not in IGNORED:
         return load_program(FILES / name, SETTINGS)
-    with pytest.raises(ProgramError, match="under ignored"):
+    with pytest.raises(ProgramError, match="under ignored") as caught:
         load_program(FILES / name, SETTINGS)
+    # All of them at once.
+    assert all(each in str(caught.value) for each in IGNORED[name])
     return load_program(FILES / name, replace(SETTINGS, ignored=frozenset(IGNORED[name])))
 
 

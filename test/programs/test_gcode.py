@@ -54,12 +54,17 @@ BELOW = ((0, 305), (1, 305), (1, 290), (1, 305))
 MEANINGS = {
     "absolute": ("G90 G0 X1 Y2\nZ3", [[1, 2, 300], [1, 2, 3]]),
     "incremental": ("G91 G0 X1 Y2\nX1 Z-3", [[1, 2, 300], [2, 2, 297]]),
+    "inches of some mills": ("G70 G0 X1 Z10\nG71 X1", [[25.4, 0, 254], [1, 0, 254]]),
     "inches": ("G20 G0 X1 Z10\nG21 X1", [[25.4, 0, 254], [1, 0, 254]]),
     "without spaces": ("g0x1y-2.5\nx.5", [[1, -2.5, 300], [0.5, -2.5, 300]]),
     "line numbers": ("N1 G0 X1\nN2 Y1", [[1, 0, 300], [1, 1, 300]]),
     "comments": ("(X5) G0 (Y5) X1 ; Z5\n;G0 X7\n(a;b) Y1", [[1, 0, 300], [1, 1, 300]]),
+    "comment in a comment": ('(an (X2) end) G0 X1\nY1 (a"()")', [[1, 0, 300], [1, 1, 300]]),
+    "an axis that stays": ("G0 X1 A0\nB0. C-0 Y1", [[1, 0, 300], [1, 1, 300]]),
+    "nothing is turned": ("G15 G69\nO7 G0 X1", [[1, 0, 300]]),
     "block delete": ("G0 X1\n/X2\n /Y3\nX4", [[1, 0, 300], [4, 0, 300]]),
     "ends of lines": ("G0 X1\r\nX2\rX3\r\n\r\nX4", [[x, 0, 300] for x in (1, 2, 3, 4)]),
+    "% with a name": ("%12 (of)\nG0 X1\n%%\nX2", [[1, 0, 300]]),
     "to %": ("%\nO1000\nG0 X1\n%\nnothing [of this", [[1, 0, 300]]),
     "to % behind an output": ("%\nM62 P1\n%\nG0 X9", []),
     "to M2": ("G0 X1\nM2\nnothing [of this", [[1, 0, 300]]),
@@ -354,7 +359,14 @@ WRONG = {
     "expression": (NIST, "G0 X[1+2]", 1, 4, "X[1+2]", "write the number instead"),
     "parameter": (NIST, "#1=5", 1, 1, "#1=5", "parameters and expressions"),
     "comment": (NIST, "G0 X1 (to", 1, 7, "(", "no end"),
-    "comments": (NIST, "G0 X1 (a (b) c)", 1, 7, "(", "within a comment"),
+    "comments": (NIST, "G0 X1 (a (b (c)))", 1, 7, "(", "as many )"),
+    "order behind %": (NIST, "G0 X1\n%wait 3", 2, 1, "%wait", "only % alone ends a program"),
+    "subroutine": (NIST, "o<a> sub", 1, 1, "o<a> sub", "are not understood: write out the lines"),
+    "loop": (NIST, "G0 X1\nO100 while [1]", 2, 1, "O100 while [1]", "loops"),
+    "branch": (REPRAP, "if a > 1", 1, 1, "if a > 1", "write out the lines"),
+    "map of the bed": (KLIPPER, "BED_MESH_PROFILE LOAD=a", 1, 1, "BED_MESH_PROFILE", "no map"),
+    "other program": (NIST, "M98 P7", 1, 1, "M98", "write out what it calls"),
+    "rotation": (NIST, "G68 R45", 1, 1, "G68", "turn the places itself"),
     "bytes": (NIST, b"G0 X1 \xff", 1, 7, "\ufffd", "no word"),
     "order to a terminal": (
         NIST,
@@ -479,7 +491,8 @@ def test_a_program_that_is_cut_off():
     with pytest.raises(ProgramError, match="line 2: this last line has no end"):
         read("G0 X1\nM3")
     # The last two move nothing and put nothing out, however they would go on.
-    for whole in ("G0 X1\nX12.3\n", "G0 X1\nM2", "%\nG0 X1\n%", "G0 X1\n(end)", "G0 X1\nG80"):
+    lasts = ("X12.3\n", "M2", "(end)", "G80", "\x1a")
+    for whole in ("%\nG0 X1\n%", *(f"G0 X1\n{last}" for last in lasts)):
         assert read(whole).steps
 
 

@@ -13,6 +13,14 @@ SHOWN = {
     "a number of a line": ("N1 G21\r\nN2 M104 S200\r\nN3 M84\r\n", Dialect.MARLIN, 3, "M84"),
     "extrusion": ("G21\n;M83\nG1 X1 E0.5\n", Dialect.MARLIN, 3, "E0.5"),
     "Cura": (";FLAVOR:Marlin\nSET_A B=1\n", Dialect.MARLIN, 1, ";FLAVOR:Marlin"),
+    "names in a file of Cura": (
+        ";FLAVOR:Marlin\nEXCLUDE_OBJECT_START NAME=a\n",
+        Dialect.KLIPPER,
+        2,
+        "EXCLUDE_OBJECT_START",
+    ),
+    "a program for a board": ("; Marlin device profile\n", Dialect.MARLIN, 1, "Marlin device"),
+    "a fish": ("(leaping marlin)\nM104 T0 S5\n", Dialect.MARLIN, 2, "M104 T0 S5"),
     "RepRap of Cura": (";FLAVOR:RepRap\n", Dialect.REPRAP, 1, ";FLAVOR:RepRap"),
     "Slic3r": (PRINTED + "; gcode_flavor = reprap\n", Dialect.MARLIN, 3, "; gcode_flavor = reprap"),
     "settings at the end": (
@@ -29,6 +37,7 @@ SHOWN = {
     ),
     "a flavor that nobody knows": ("M83\n; gcode_flavor = x3g\n", Dialect.MARLIN, 1, "M83"),
     "names": (PRINTED + "SET_FAN_SPEED FAN=a SPEED=1\n", Dialect.KLIPPER, 3, "SET_FAN_SPEED"),
+    "a fan": ("G21\nM106 P1 S255\nG4 P500\n", Dialect.MARLIN, 2, "M106 P1 S255"),
     "other programs": ('M83\rM98 P"a.g"\r', Dialect.REPRAP, 2, "M98"),
     "orders": ("G21\n$X\nG0 X1\n", Dialect.GRBL, 2, "$X"),
     "a comment": ("(Grbl 1.1, metric)\nG0 X1\n", Dialect.GRBL, 1, "Grbl"),

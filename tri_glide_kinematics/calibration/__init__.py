@@ -8,15 +8,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.excitation import Excitation as Excitation
     from tri_glide_kinematics.calibration.excitation import NoMovesError as NoMovesError
     from tri_glide_kinematics.calibration.excitation import exciting_moves as exciting_moves
-    from tri_glide_kinematics.calibration.firmwares import MM as MM
-    from tri_glide_kinematics.calibration.firmwares import TOWER_ANGLES as TOWER_ANGLES
-    from tri_glide_kinematics.calibration.firmwares import Converted as Converted
-    from tri_glide_kinematics.calibration.firmwares import KlipperDelta as KlipperDelta
-    from tri_glide_kinematics.calibration.firmwares import MarlinDelta as MarlinDelta
-    from tri_glide_kinematics.calibration.firmwares import (
-        RepRapFirmwareDelta as RepRapFirmwareDelta,
-    )
-    from tri_glide_kinematics.calibration.firmwares import plain_text as plain_text
     from tri_glide_kinematics.calibration.fit import Calibration as Calibration
     from tri_glide_kinematics.calibration.fit import CalibrationError as CalibrationError
     from tri_glide_kinematics.calibration.fit import Distance as Distance

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.picture_commands import command_parser, exit_code
+from tri_glide_kinematics.picture_commands import add_output, exit_code
 
 REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
 MEASUREMENTS = "measurements.yaml"
@@ -25,7 +25,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 if there is a calibration, 1 after an error, 130 after Ctrl-C.
     """
-    options = make_parser().parse_args(arguments)
+    parser = make_parser()
+    options = parser.parse_args(arguments)
+    if options.file is None:
+        # Options that take several files have taken this one, too.
+        parser.error("name the file that is to be calibrated first: calibrate FILE --settings A B")
     return exit_code("calibrate", options.output, lambda: _calibrate(options))
 
 
@@ -90,24 +94,30 @@ def _calibrate(options: argparse.Namespace) -> None:
 
 def make_parser() -> argparse.ArgumentParser:
     """Return what reads the command line; its name is that of the program."""
-    parser = command_parser(
-        "Find the machine that explains measurements best: touches of a plate, measured positions, "
-        "distances between positions. Writes a report, a picture and a parameter file that all "
-        "nodes take, and prints the lines for a firmware.",
-        "measurements, or the name of a file that is installed in config/; with --settings, what a "
-        "firmware measured: printer.cfg with [delta_calibrate], what Marlin printed of G30 or G33, "
-        "heightmap.csv, or what G32 printed",
+    parser = argparse.ArgumentParser(
+        description="Find the machine that explains measurements best: touches of a plate, "
+        "measured positions, distances between positions. Writes a report, a picture and a "
+        "parameter file that all nodes take, and prints the lines for a firmware."
     )
+    parser.add_argument(
+        "file",
+        type=Path,
+        nargs="?",
+        help="measurements, or the name of a file that is installed in config/; with --settings, "
+        "what a firmware measured: printer.cfg with [delta_calibrate], what Marlin printed of G30 "
+        "or G33, heightmap.csv, or what G32 printed",
+    )
+    add_output(parser, Path("out"))
     for name, meaning in (
         (
             "--settings",
             "settings with which a firmware measured: printer.cfg, Configuration.h, "
-            "config.g; given twice, the later one wins",
+            "config.g; of several, the later one wins",
         ),
         ("--places", "bed.g, with the places of G32"),
     ):
         parser.add_argument(
-            name, type=Path, action="append", default=[], metavar="FILE", help=meaning
+            name, type=Path, nargs="+", action="extend", default=[], metavar="FILE", help=meaning
         )
     parser.add_argument(
         "--next",

@@ -27,20 +27,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
     """
     options = make_parser().parse_args(arguments)
-    folder = options.output.parent if options.output else Path()
-    return exit_code("convert", folder, lambda: _convert(options))
+    return exit_code("convert", options.output or Path(), lambda: _convert(options))
 
 
 def _convert(options: argparse.Namespace) -> None:
     """Write the parameter file and settings of programs, or the lines, or print what is asked for.
 
     Raises:
-        KinematicsError: if the files have no settings that can be held here.
-        OSError: if the file cannot be written.
+        KinematicsError: if the files have no settings that can be held here, or a file cannot be
+            written; if another file is in the way, nothing is.
     """
-    from tri_glide_kinematics.files import find_file, replace_file
+    from tri_glide_kinematics.files import check_place, find_file, replace_file
     from tri_glide_kinematics.firmwares import (
         Firmware,
+        FirmwareError,
         firmware_text,
         load_firmware_settings,
         load_parameters,
@@ -61,25 +61,21 @@ def _convert(options: argparse.Namespace) -> None:
     if options.output is None:
         print(text, end="")
         return
-    options.output.parent.mkdir(parents=True, exist_ok=True)
-    replace_file(options.output, text)
-    print(f"{'lines for the firmware' if options.to else 'parameter file'}: {options.output}")
+    written = {options.output: ("lines for the firmware" if options.to else "parameter file", text)}
     if not options.to:
         # Those that come with the package have the bed of another machine.
         programs = options.output.with_name(f"{options.output.stem}_programs.yaml")
-        replace_file(programs, program_settings_text(settings))
-        print(f"settings of programs: {programs}")
-        print(
-            next_line(
-                "drive",
-                "PROGRAM",
-                "--check",
-                "--parameters",
-                options.output,
-                "--settings",
-                programs,
-            )
-        )
+        written[programs] = ("settings of programs", program_settings_text(settings))
+    for write in (check_place, replace_file):
+        for file, (name, content) in written.items():
+            with FirmwareError.of_writing(file):
+                file.parent.mkdir(parents=True, exist_ok=True)
+                write(file, content)
+            if write is replace_file:
+                print(f"{name}: {file}")
+    if not options.to:
+        own = ("--parameters", options.output, "--settings", programs)
+        print(next_line("drive", "PROGRAM", "--check", *own))
 
 
 def make_parser() -> argparse.ArgumentParser:

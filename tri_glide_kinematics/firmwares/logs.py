@@ -24,18 +24,23 @@ from pathlib import Path
 from typing import NamedTuple
 
 from tri_glide_kinematics.calibration import (
-    MM,
     Distance,
     MachineParameters,
-    MarlinDelta,
     MeasurementFile,
     Plate,
     Priors,
     Touch,
 )
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.firmwares.parameters import delta_of
-from tri_glide_kinematics.firmwares.reading import Firmware, FirmwareError, FirmwareSettings
+from tri_glide_kinematics.firmwares.parameters import lines_of, texts_of
+from tri_glide_kinematics.firmwares.reading import (
+    HEIGHT,
+    RADIUS,
+    Firmware,
+    FirmwareError,
+    FirmwareSettings,
+)
+from tri_glide_kinematics.firmwares.towers import MM, TOWER_ANGLES
 from tri_glide_kinematics.keys import shortened
 from tri_glide_kinematics.tables import table_text
 from tri_glide_kinematics.tri_glide import TriGlide
@@ -104,9 +109,10 @@ def check_no_log(file: str | Path) -> None:
 def firmware_lines(machine: MachineParameters, settings: FirmwareSettings) -> str:
     """Return what to type into a firmware for a machine that was calibrated with its settings."""
     firmware = settings.firmware
-    made = delta_of(firmware, machine, settings.end_stops, settings.probe_offset).settings
+    made = texts_of(firmware, machine, settings.end_stops, settings.probe_offset)
     file, command = TYPED[firmware]
-    return f"lines for {file}, in place of the old ones:\n\n{made}\n\nnext: {command}"
+    lines = "\n".join(lines_of(firmware, made.texts, made.remarks))
+    return f"lines for {file}, in place of the old ones:\n\n{lines}\n\nnext: {command}"
 
 
 def load_log(
@@ -155,12 +161,9 @@ class _Log:
         self.distances: list[Distance] = []
         self.notes: list[str] = []
 
-    def said(self, name: str, otherwise: float = 0.0) -> list[float]:
-        """Return the numbers of a setting, or this one."""
-        where = self.settings.said.get(name)
-        if where is None:
-            return [otherwise]
-        return _numbers(_Line(where.file, where.line, ""), where.text.strip("{} "), name)
+    def number(self, *names: str, otherwise: float) -> float:
+        """Return the number of the first of these settings that is there."""
+        return (self.settings.numbers(*names) or [otherwise])[0]
 
     def touch(self, line: _Line, x: float, y: float, z: float, spread: float = 0.0) -> None:
         """Add a touch of the nozzle; ``spread`` adds to its standard deviation [mm]."""
@@ -177,12 +180,12 @@ class _Log:
         """Return where the probe is from the nozzle."""
         if {"NOZZLE_AS_PROBE", "SENSORLESS_PROBING"} & self.settings.said.keys():
             return 0.0, 0.0
-        both = [*self.said("NOZZLE_TO_PROBE_OFFSET"), 0.0]
+        both = [*self.settings.numbers("NOZZLE_TO_PROBE_OFFSET"), 0.0, 0.0]
         code = "G31" if self.settings.firmware is Firmware.REPRAP else "M851"
-        older = (
-            self.said(f"{axis}_PROBE_OFFSET_FROM_EXTRUDER", at)[0] for axis, at in zip("XY", both)
+        x, y = (
+            self.number(f"{code} {axis}", f"{axis}_PROBE_OFFSET_FROM_EXTRUDER", otherwise=at)
+            for axis, at in zip("XY", both)
         )
-        x, y = (self.said(f"{code} {axis}", at)[0] for axis, at in zip("XY", older))
         return x, y
 
     def end_at(self, line: _Line) -> None:
@@ -248,13 +251,14 @@ def _step(log: _Log, stepper: str) -> float:
     """Return how far a tower moves in one step [mm]."""
     names = ("rotation_distance", "microsteps", "full_steps_per_rotation")
     turn, micro, full = (
-        log.said(f"{stepper}.{name}", usual)[0]
+        log.number(f"{stepper}.{name}", otherwise=usual)
         for name, usual in zip(names, (math.nan, math.nan, 200.0))
     )
     gears = log.settings.said.get(f"{stepper}.gear_ratio")
     for driven, driving in re.findall(rf"{NUMBER}\s*:\s*{NUMBER}", gears.text if gears else ""):
         full *= float(driven) / (float(driving) or math.nan)
-    step = log.said(f"{stepper}.step_distance", turn / (micro * full or math.nan))[0]
+    step = turn / (micro * full or math.nan)
+    step = log.number(f"{stepper}.step_distance", otherwise=step)
     if not step > 0.0:
         reason = f"counts steps, and the settings of {stepper} tell none by its {names[0]}"
         raise log.lines[0].error(f"{reason} and {names[1]}")
@@ -291,11 +295,11 @@ def _g33(log: _Log, run: list[_Line], command: str | None) -> None:
         FirmwareError: if the heights are none of single touches, it is not known where they were,
             or other settings were in force.
     """
-    delta = log.settings.delta
-    assert isinstance(delta, MarlinDelta)
-    known = {"Height": delta.height + log.settings.probe_offset, "Radius": delta.radius}
-    for kind, values in (("E", delta.endstop_adj), ("T", delta.tower_angle_trim)):
-        known |= {kind + axis: value for axis, value in zip("xyz", values)}
+    towers, (height,) = log.settings.towers, log.settings.numbers(*HEIGHT)
+    known = {"Height": height, "Radius": log.settings.numbers(*RADIUS)[0]}
+    for i, axis in enumerate("xyz"):
+        known["E" + axis] = height - log.settings.probe_offset - towers.heights[i]
+        known["T" + axis] = towers.angles[i] - TOWER_ANGLES[i]
     heights: dict[str, float] = {}
     radius: float | None = None
     for line in run:
@@ -307,7 +311,7 @@ def _g33(log: _Log, run: list[_Line], command: str | None) -> None:
         radius = float(circle[1]) if circle else radius
         heights |= {name: float(text) for name, text in RESULT.findall(line.content)}
     words = dict(re.findall(r"([A-Z])\s*(-?[\d.]*)", command or ""))
-    points = words.get("P", f"{log.said('DELTA_CALIBRATION_DEFAULT_POINTS', 4.0)[0]:g}")
+    points = words.get("P", f"{log.number('DELTA_CALIBRATION_DEFAULT_POINTS', otherwise=4.0):g}")
     if command is None:
         points = "4 or more, as the command is not there" if len(heights) == 7 else "2"
     if not heights:
@@ -328,18 +332,19 @@ def _g33(log: _Log, run: list[_Line], command: str | None) -> None:
 
 def _circle(log: _Log, line: _Line) -> float:
     """Return the radius of the places of G33 [mm]."""
-    if "DELTA_CALIBRATION_RADIUS" in log.settings.said:
-        return log.said("DELTA_CALIBRATION_RADIUS")[0]
+    given = log.settings.numbers("DELTA_CALIBRATION_RADIUS")
+    if given:
+        return given[0]
     radius = log.settings.limits.radius
     if radius is None:
         reason = "G33 prints no radius, and the settings have no DELTA_PRINTABLE_RADIUS"
         raise line.error(f"{reason}: name Configuration.h with --settings, too")
     offset = log.probe_offset()
-    if "MIN_PROBE_EDGE" in log.settings.said:
+    edge = log.settings.numbers("MIN_PROBE_EDGE")
+    if edge:
         # Of Marlin up to 2.0.
-        edge = log.said("MIN_PROBE_EDGE")[0]
-        return MM * radius - max(map(abs, (edge, *offset)))
-    return MM * radius - log.said("PROBING_MARGIN", 10.0)[0] - math.hypot(*offset)
+        return MM * radius - max(map(abs, (*edge, *offset)))
+    return MM * radius - log.number("PROBING_MARGIN", otherwise=10.0) - math.hypot(*offset)
 
 
 def _reprap(log: _Log) -> None:

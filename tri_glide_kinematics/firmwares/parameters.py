@@ -8,22 +8,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from statistics import fmean
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.calibration import (
-    MM,
-    Converted,
-    KlipperDelta,
-    MachineParameters,
-    MarlinDelta,
-    RepRapFirmwareDelta,
-    plain_text,
-)
+from tri_glide_kinematics.calibration import MachineParameters
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.firmwares.reading import (
     MINUTE,
@@ -33,6 +25,7 @@ from tri_glide_kinematics.firmwares.reading import (
     settings_of,
     text_of,
 )
+from tri_glide_kinematics.firmwares.towers import MM, TOWER_ANGLES, plain_text, towers_of
 from tri_glide_kinematics.settings import IK_NODE, Values, file_values, machine_of, workspace_of
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.wording import vector_text
@@ -69,11 +62,6 @@ PLACES = {
     ),
     Firmware.MARLIN: (*ALL_AXES, ("PRINTABLE_RADIUS",)),
     Firmware.REPRAP: (*ALL_AXES, ("M665 B", "M208 Z S1")),
-}
-KINDS: Mapping[Firmware, Any] = {
-    Firmware.KLIPPER: KlipperDelta,
-    Firmware.MARLIN: MarlinDelta,
-    Firmware.REPRAP: RepRapFirmwareDelta,
 }
 REMARKS = {Firmware.KLIPPER: "# ", Firmware.MARLIN: "// ", Firmware.REPRAP: "; "}
 
@@ -151,7 +139,7 @@ def parameter_text(settings: FirmwareSettings) -> str:
         written = list(value) if isinstance(value, tuple) else value
         rows.append(f"  {name}: {written},{f' # {text}' * bool(text)}")
     remarks = (*settings.notes, "In braces, so that a file that is cut off is refused; in metres.")
-    kept = _lines(settings.firmware, {name: settings.said[name].text for name in settings.used})
+    kept = lines_of(settings.firmware, {name: settings.said[name].text for name in settings.used})
     head = [FIRST_LINE, *(f"# {remark}" for remark in remarks), READ + settings.firmware.value]
     head += [KEPT + line for line in kept]
     return "\n".join((*head, "/**: {ros__parameters: {", *rows, "}}\n"))
@@ -196,7 +184,8 @@ def firmware_text(values: Values, origin: FirmwareSettings | None, firmware: Fir
     Raises:
         KinematicsError: if no firmware has such a machine.
     """
-    texts, before = dict[str, str](), dict[str, tuple[Any, str]]()
+    texts, before, remarks = dict[str, str](), dict[str, tuple[Any, str]](), list[str]()
+    order: Sequence[int] = (0, 1, 2)
     changed = [True] * 4
     if origin is not None and origin.firmware is firmware:
         before = parameters_of(origin)
@@ -210,8 +199,13 @@ def firmware_text(values: Values, origin: FirmwareSettings | None, firmware: Fir
                 texts[name] = origin.said[name].text
     order, remarks = [0, 1, 2], list[str]()
     if changed[0]:
-        made, order, remarks = _geometry(values, origin if before else None, firmware)
-        texts |= made
+        machine = MachineParameters(machine_of(values).geometry, values["height_offsets"])
+        offset = origin.probe_offset if origin and before else 0.0
+        made = texts_of(firmware, machine, values["upper_heights"], offset)
+        remarks = ["The end stops are where the sliders are at upper_heights."]
+        if firmware is Firmware.MARLIN and not offset:
+            remarks.append("With a probe, add its offset along z to DELTA_HEIGHT and M665 H.")
+        texts, order, remarks = texts | made.texts, made.order, remarks + made.remarks
     speeds = [values["velocity_limits"][i] for i in order]
     accelerations = [values["acceleration_limits"][i] for i in order]
     if firmware is not Firmware.MARLIN:
@@ -226,64 +220,89 @@ def firmware_text(values: Values, origin: FirmwareSettings | None, firmware: Fir
     for is_new, names, numbers in zip(changed[1:], PLACES[firmware], new):
         if is_new:
             texts |= {name: plain_text(MM * each) for name, each in zip(names, numbers)}
-    return "\n".join(
-        (*(REMARKS[firmware] + each for each in remarks), *_lines(firmware, texts), "")
-    )
+    return "\n".join((*lines_of(firmware, texts, remarks), ""))
 
 
-def delta_of(
+class Texts(NamedTuple):
+    """The geometry of a machine as values of a firmware.
+
+    Attributes:
+        texts: by name.
+        remarks: for its owner.
+        order: which of our arms are towers A, B and C.
+    """
+
+    texts: dict[str, str]
+    remarks: list[str]
+    order: Sequence[int]
+
+
+def texts_of(
     firmware: Firmware, machine: MachineParameters, end_stops: Sequence[float], probe_offset: float
-) -> Converted[Any]:
-    """Return the settings of a firmware for a machine, as its owner types them.
+) -> Texts:
+    """Return the geometry of a machine as values of a firmware.
 
     Args:
         firmware: whose.
         machine: to be told.
         end_stops: heights of the sliders there. Shape (3,) [m].
         probe_offset: of ``FirmwareSettings``; Marlin takes it from the height after homing [mm].
+
+    Raises:
+        KinematicsError: if no firmware has such a machine.
     """
-    with np.errstate(invalid="ignore"):
-        converted = KINDS[firmware].of(machine, end_stops)
-    if firmware is Firmware.MARLIN:
-        made = converted.settings
-        return replace(converted, settings=replace(made, height=made.height + probe_offset))
-    return converted
+    towers, order, shift = towers_of(machine, end_stops)
+    radius, arms, heights = fmean(towers.radii), np.array(towers.arms), np.array(towers.heights)
+    turns = np.subtract(towers.angles, TOWER_ANGLES)
+    remarks = []
+    if firmware is Firmware.KLIPPER:
+        texts = {"printer.delta_radius": plain_text(radius)}
+        for tower, *numbers in zip("abc", towers.angles, towers.arms, towers.heights):
+            names = ("angle", "arm_length", "position_endstop")
+            found = zip(names, map(plain_text, numbers))
+            texts |= {f"stepper_{tower}.{name}": text for name, text in found}
+    elif firmware is Firmware.MARLIN:
+        # With one radius: trims would only shift x and y.
+        rod, lowest = fmean(towers.arms), min(towers.heights)
+        height, rods, ends = lowest + probe_offset, arms - rod, lowest - heights
+        texts = {
+            "DELTA_HEIGHT": plain_text(height),
+            "DELTA_ENDSTOP_ADJ": _braced(ends),
+            "DELTA_RADIUS": plain_text(radius),
+            "DELTA_RADIUS_TRIM_TOWER": _braced((0.0, 0.0, 0.0)),
+            "DELTA_DIAGONAL_ROD": plain_text(rod),
+            "DELTA_DIAGONAL_ROD_TRIM_TOWER": _braced(rods),
+            "DELTA_TOWER_ANGLE_TRIM": _braced(turns),
+        }
+        typed = " ".join(_words("LRHXYZABC", (rod, radius, height, *turns, *rods)))
+        remarks = [f"Typed, if its radius has no trims: M665 {typed}"]
+        remarks.append(f"and M666 {' '.join(_words('XYZ', ends))}")
+    else:
+        middle = fmean(towers.heights)
+        words = _words("RHXYZ", (radius, middle, *turns))
+        texts = {"M665 L": ":".join(map(plain_text, arms))}
+        texts |= {f"M665 {word[0]}": word[1:] for word in words}
+        texts |= {f"M666 {word[0]}": word[1:] for word in _words("XYZ", heights - middle)}
+    if order != (0, 1, 2):
+        remarks.append(f"Towers A, B, C are arms {', '.join(str(i + 1) for i in order)}.")
+    moved = [round(MM * each, 6) + 0.0 for each in shift]
+    if any(moved):
+        remarks.append(f"x and y here are those of the machine plus {vector_text(moved)} mm.")
+    return Texts(texts, remarks, order)
 
 
-def _geometry(
-    values: Values, origin: FirmwareSettings | None, firmware: Firmware
-) -> tuple[dict[str, str], list[int], list[str]]:
-    """Return values of the geometry, which arms are towers A, B and C, and remarks."""
-    machine = MachineParameters(machine_of(values).geometry, values["height_offsets"])
-    ends = values["upper_heights"]
-    remarks = ["The end stops are where the sliders are at upper_heights."]
-    offset = origin.probe_offset if origin else 0.0
-    converted = delta_of(firmware, machine, ends, offset)
-    delta = converted.settings
-    if firmware is Firmware.MARLIN:
-        if not offset:
-            remarks.append("With a probe, add its offset along z to DELTA_HEIGHT and M665 H.")
-        typed = (delta.diagonal_rod, delta.radius, delta.height, *delta.tower_angle_trim)
-        words = _words("LRHXYZABC", (*typed, *delta.diagonal_rod_trim))
-        remarks.append(f"Typed, if its radius has no trims: M665 {words}")
-        remarks.append(f"and M666 {_words('XYZ', delta.endstop_adj)}")
-    shift = [round(MM * each, 6) + 0.0 for each in converted.shift]
-    if converted.towers != (0, 1, 2):
-        remarks.append(
-            f"Towers A, B, C are arms {', '.join(str(i + 1) for i in converted.towers)}."
-        )
-    if any(shift):
-        remarks.append(f"x and y here are those of the machine plus {vector_text(shift)} mm.")
-    made = settings_of(firmware, [(Path(), str(delta))])
-    return {name: each.text for name, each in made.said.items()}, list(converted.towers), remarks
+def _words(letters: str, numbers: Iterable[float]) -> list[str]:
+    return [letter + plain_text(number) for letter, number in zip(letters, numbers)]
 
 
-def _words(letters: str, numbers: Sequence[float]) -> str:
-    return " ".join(letter + plain_text(number) for letter, number in zip(letters, numbers))
+def _braced(numbers: Iterable[float]) -> str:
+    return f"{{ {', '.join(map(plain_text, numbers))} }}"
 
 
-def _lines(firmware: Firmware, texts: Mapping[str, str]) -> Sequence[str]:
-    """Return values as their firmware reads them."""
+def lines_of(
+    firmware: Firmware, texts: Mapping[str, str], remarks: Sequence[str] = ()
+) -> Sequence[str]:
+    """Return remarks, and values as their firmware reads them."""
     groups: dict[str, list[str]] = {}
     for name, text in texts.items():
         section, _, option = name.rpartition(".")
@@ -295,4 +314,5 @@ def _lines(firmware: Firmware, texts: Mapping[str, str]) -> Sequence[str]:
         else:
             groups[f"#define {name} {text}".rstrip()] = []
     between = "\n" if firmware is Firmware.KLIPPER else " "
-    return "\n".join(between.join((head, *rows)) for head, rows in groups.items()).split("\n")
+    lines = "\n".join(between.join((head, *rows)) for head, rows in groups.items()).split("\n")
+    return [*(REMARKS[firmware] + each for each in remarks), *lines]

@@ -16,25 +16,23 @@ are zero. Which limit bounds the tool and which a tower is from their sources:
 
 from __future__ import annotations
 
+import ast
 import math
+import operator
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from configparser import Error, RawConfigParser
 from dataclasses import dataclass
 from enum import Enum
 from glob import glob
 from pathlib import Path
 
-from tri_glide_kinematics.calibration import (
-    MM,
-    TOWER_ANGLES,
-    KlipperDelta,
-    MachineParameters,
-    MarlinDelta,
-    RepRapFirmwareDelta,
-)
+import numpy as np
+
+from tri_glide_kinematics.calibration import MachineParameters
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.keys import FileError, shortened
+from tri_glide_kinematics.firmwares.towers import MM, TOWER_ANGLES, Towers
+from tri_glide_kinematics.keys import FileError, load_text, shortened
 from tri_glide_kinematics.vectors import Vector3, three
 
 MOST_BYTES = 4_000_000  # larger files are none of settings
@@ -50,14 +48,24 @@ INCLUDE = re.compile(r"^\[include\b(.*)\][^\n\]]*$", re.M)
 REMARK = re.compile(r"//[^\n]*|/\*.*?(?:\*/|\Z)", re.S)
 DIRECTIVE = re.compile(r"\s*#\s*(if|ifdef|ifndef|elif|else|endif|define|undef)\b\s*(\w*)(.*)", re.S)
 ASKED = re.compile(r"\b(ENABLED|DISABLED|EITHER|ANY|BOTH|ALL|NONE|defined)\s*\(([\w\s,]*)\)")
-EXPRESSION = re.compile(r"(?:(?!\*\*)[-+*().\d\seE]|and|or|not)+")
 # A command, also as a host has logged it, and its words.
 COMMAND = re.compile(r"(?:.*\b(?:Recv|Send): ?)?(?:.*echo:)?(\s*)([GM])0*(\d+)(?![\d.])(.*)", re.I)
 COMMANDS = "M665 M666 M201 M203 M204 M208 M669 M851 M98 M501 G20 G31".split()
-WORD = re.compile(r'\s*([A-Z])\s*("[^"]*"|\{[^}]*\}|[-+.:\d]*)')
+WORD = re.compile(r'\s*([A-Z])\s*("[^"]*"|(?:\{[^}]*\}|[-+.:\d])*)')
 
 ON = ("", "1", "true")
-NO_NUMBER = (ValueError, TypeError, KeyError, ArithmeticError, SyntaxError, MemoryError)
+NO_NUMBER = (ValueError, KeyError, ArithmeticError, SyntaxError, MemoryError, RecursionError)
+OPERATORS: Mapping[type[ast.AST], Callable[..., float]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.UAdd: operator.pos,
+    ast.USub: operator.neg,
+    ast.Not: operator.not_,
+    ast.And: lambda *values: all(values),
+    ast.Or: lambda *values: any(values),
+}
 
 # With a probe, Marlin counts the height after homing from where the probe touches.
 PROBES = frozenset(
@@ -65,14 +73,15 @@ PROBES = frozenset(
     "SOLENOID_PROBE SENSORLESS_PROBING TOUCH_MI_PROBE RACK_AND_PINION_PROBE MAGLEV4 BD_SENSOR "
     "MAG_MOUNTED_PROBE BIQU_MICROPROBE_V1 BIQU_MICROPROBE_V2 DUET_SMART_EFFECTOR".split()
 )
+# Values of Marlin, as M503 prints them and in its headers.
+HEIGHT = ("M665 H", "DELTA_HEIGHT", "MANUAL_Z_HOME_POS")
+RADIUS = ("M665 R", "DELTA_RADIUS")
 SHEAR = "must be 0: a bed that is tilted shears z, which vertical sliders do not do; level it"
 SIGNS = {
     "klipper": r"^\[(printer|stepper_[abc]|include .*)\]",
     "marlin": r"^\s*#\s*define\s|\becho:|^\s*M851\b|^\s*M665\b[^;\n]*[SAC]-?\d",
     "reprap": r"^M(569|584|574|669|671)\b|^M665\b[^;\n]*:|^M666\b[^;\n]*[AB]-?\d",
 }
-
-Delta = KlipperDelta | MarlinDelta | RepRapFirmwareDelta
 
 
 class Firmware(Enum):
@@ -129,7 +138,7 @@ class FirmwareSettings:
 
     Attributes:
         firmware: whose they are.
-        delta: its settings of the geometry, in its own terms [mm], [degrees].
+        towers: its geometry, as it holds it [mm], [degrees].
         machine: the same machine; its arms are towers A, B and C. A reported height is that of the
             slider above the bed, as the firmware itself counts, so all offsets are zero.
         end_stops: heights of the sliders at their end stops. Shape (3,) [m].
@@ -143,7 +152,7 @@ class FirmwareSettings:
     """
 
     firmware: Firmware
-    delta: Delta
+    towers: Towers
     machine: MachineParameters
     end_stops: Vector3
     limits: FirmwareLimits
@@ -151,6 +160,14 @@ class FirmwareSettings:
     said: Mapping[str, Said]
     used: tuple[str, ...]
     probe_offset: float = 0.0
+
+    def numbers(self, *names: str) -> list[float]:
+        """Return the numbers of the first of these values in ``said``; none if none is there.
+
+        Raises:
+            FirmwareError: if it has no numbers.
+        """
+        return _Sayings(self.firmware, Path(), dict(self.said)).numbers(*names)
 
 
 def load_firmware_settings(
@@ -175,7 +192,7 @@ def load_firmware_settings(
 
 def settings_of(firmware: Firmware, files: Sequence[tuple[Path, str]]) -> FirmwareSettings:
     """Return the settings of files with these texts; raises as ``load_firmware_settings``."""
-    said = _Sayings(firmware, files[0][0])
+    said = _Sayings(firmware, files[0][0], {})
     for file, text in files:
         if firmware is Firmware.KLIPPER:
             _scan_klipper(file, text, said)
@@ -185,37 +202,24 @@ def settings_of(firmware: Firmware, files: Sequence[tuple[Path, str]]) -> Firmwa
             _scan_header(file, text, said)
         _scan_commands(file, text, said, [])
     readers = {Firmware.KLIPPER: _klipper, Firmware.MARLIN: _marlin, Firmware.REPRAP: _reprap}
-    delta, limits = readers[firmware](said)
+    towers, limits = readers[firmware](said)
     try:
-        # Heights are counted from the end stops, which are then as high as the offsets.
-        machine = delta.machine()
+        geometry, end_stops = towers.machine()
     except KinematicsError as error:
         raise FirmwareError(files[0][0], "", f"is of no working machine: {error}") from error
-    found = MachineParameters(machine.geometry), machine.height_offsets, limits
+    found = towers, MachineParameters(geometry), end_stops, limits
     return FirmwareSettings(
-        firmware, delta, *found, tuple(said.notes), said.said, tuple(said.used), said.probe_offset
+        firmware, *found, tuple(said.notes), said.said, tuple(said.used), said.probe_offset
     )
 
 
 def text_of(file: Path) -> str:
-    """Return a text in UTF-8, in UTF-16 with a mark, or in Latin-1; its lines end in LF.
+    """Return the text of a file.
 
     Raises:
-        FirmwareError: if it cannot be read, or is no text.
+        FirmwareError: if it cannot be read, is no text, or too large for settings.
     """
-    try:
-        is_small = not file.exists() or (file.is_file() and file.stat().st_size <= MOST_BYTES)
-        data = file.read_bytes() if is_small else b"\0"
-        text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise FirmwareError(file, "", f"cannot be read: {reason}") from error
-    if "\0" in text:
-        raise FirmwareError(file, "", "is no text, or too large for settings")
-    # What is told of it stays in one line.
-    return re.sub(r"[^\n\t -~\xa0-\u1fff]", "?", re.sub("\r\n?", "\n", text))
+    return load_text(file, FirmwareError, MOST_BYTES)
 
 
 def _guessed(file: Path, text: str) -> Firmware:
@@ -231,10 +235,10 @@ def _guessed(file: Path, text: str) -> Firmware:
 class _Sayings:
     """All values of some files, by name; what is missing or no number is told with its place."""
 
-    def __init__(self, firmware: Firmware, file: Path) -> None:
+    def __init__(self, firmware: Firmware, file: Path, said: dict[str, Said]) -> None:
         self.firmware = firmware
         self.file = file
-        self.said: dict[str, Said] = {}
+        self.said = said
         self.used: dict[str, None] = {}
         self.notes: list[str] = []
         self.probe_offset = 0.0
@@ -255,9 +259,10 @@ class _Sayings:
         name = self.use(*names)
         text = self.said[name].text if name else ""
         is_marlin = self.firmware is Firmware.MARLIN
-        parts = text.strip("{} ").split(",") if is_marlin else text.split(":")
+        is_computed = is_marlin or (self.firmware is Firmware.REPRAP and "{" in text)
+        parts = [each.strip("{} ") for each in re.split("[,:]", text) if name]
         try:
-            numbers = [self.value(each) if is_marlin else float(each) for each in parts if name]
+            numbers = [self.value(each) if is_computed else float(each) for each in parts]
         except NO_NUMBER:
             numbers = [math.nan]
         if not all(above < number < LARGEST for number in numbers):
@@ -313,17 +318,36 @@ class _Sayings:
                 raise self.error(name, f"= {self.said[name].text} {SHEAR}")
 
     def value(self, text: str) -> float:
-        """Return the value of an expression in C without divisions."""
+        """Return the value of an expression: arithmetic in parentheses, and names of values.
+
+        Raises:
+            one of ``NO_NUMBER``: if it is none.
+        """
         for _ in range(DEEPEST):
             text = re.sub(r"(?<=[\d.])[fFlLuU]+\b", "", text[:LONGEST])
             text = re.sub(r"(?<![\w.])(?!and\b|or\b|not\b)[A-Za-z_]\w*", self._inner, text)
-        if not EXPRESSION.fullmatch(text) or re.search(r"[\d.)]\s*\(", text):
-            raise ValueError
-        return float(eval(text.strip(), {"__builtins__": {}}))
+        return float(self._computed(ast.parse(text.strip(), mode="eval").body))
+
+    def _computed(self, part: ast.AST) -> float:
+        match part:
+            case ast.Constant(value=int() | float() as number):
+                return number
+            case ast.UnaryOp(op=sign, operand=inner):
+                return OPERATORS[type(sign)](self._computed(inner))
+            case ast.BoolOp(op=sign, values=values):
+                return OPERATORS[type(sign)](*map(self._computed, values))
+            case ast.BinOp(left=left, op=sign, right=right):
+                one, other = self._computed(left), self._computed(right)
+                found = OPERATORS[type(sign)](one, other)
+                # In C, whole numbers are divided without a rest.
+                is_whole = isinstance(one, int) and isinstance(other, int)
+                return int(found) if is_whole and self.firmware is Firmware.MARLIN else found
+        raise ValueError
 
     def _inner(self, name: re.Match[str]) -> str:
         self.use(name[0])
-        return f"({self.said[name[0]].text})"
+        # As C does: the text, so that of A + B times two only B is doubled.
+        return f" {self.said[name[0]].text} "
 
 
 def _scan_klipper(file: Path, text: str, sayings: _Sayings) -> None:
@@ -467,7 +491,7 @@ def _scan_commands(file: Path, text: str, sayings: _Sayings, trail: list[Path]) 
                 sayings.said[f"{command} {letter}{end}"] = Said(value, str(file), number)
 
 
-def _klipper(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
+def _klipper(said: _Sayings) -> tuple[Towers, FirmwareLimits]:
     kind = said.use("printer.kinematics")
     kinematics = said.said[kind].text if kind else "delta"
     if kinematics != "delta":
@@ -484,10 +508,10 @@ def _klipper(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
         radius=said.one("printer.print_radius", above=0.0, unit=MM),
         lowest=said.one("printer.minimum_z_position", unit=MM),
     )
-    return KlipperDelta(radius, angles, three(arms), three(ends)), limits
+    return Towers((radius,) * 3, angles, three(arms), three(ends)), limits
 
 
-def _marlin(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
+def _marlin(said: _Sayings) -> tuple[Towers, FirmwareLimits]:
     known = said.said.keys()
     if not said.use("DELTA", "DELTA_RADIUS", "M665 R"):
         raise FirmwareError(said.file, "", "has no #define DELTA and no M665: it is of no delta")
@@ -503,14 +527,17 @@ def _marlin(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
     said.probe_offset = offset or 0.0
     if offset:
         said.notes.append(f"after homing, z is DELTA_HEIGHT less {offset:g} mm, that of the probe")
-    delta = MarlinDelta(
-        said.needed("M665 H", "DELTA_HEIGHT", "MANUAL_Z_HOME_POS") - said.probe_offset,
-        said.each("DELTA_ENDSTOP_ADJ", _letters("M666"), NONE),
-        said.needed("M665 R", "DELTA_RADIUS"),
-        said.each("DELTA_RADIUS_TRIM_TOWER", [""] * 3, NONE),
-        said.needed("M665 L", "DELTA_DIAGONAL_ROD"),
-        said.each("DELTA_DIAGONAL_ROD_TRIM_TOWER", _letters("M665", "ABC"), NONE),
-        said.each("DELTA_TOWER_ANGLE_TRIM", _letters("M665"), NONE),
+    height = said.needed(*HEIGHT) - said.probe_offset
+    ends = said.each("DELTA_ENDSTOP_ADJ", _letters("M666"), NONE)
+    radius, rod = said.needed(*RADIUS), said.needed("M665 L", "DELTA_DIAGONAL_ROD")
+    radii = said.each("DELTA_RADIUS_TRIM_TOWER", [""] * 3, NONE)
+    rods = said.each("DELTA_DIAGONAL_ROD_TRIM_TOWER", _letters("M665", "ABC"), NONE)
+    turns = said.each("DELTA_TOWER_ANGLE_TRIM", _letters("M665"), NONE)
+    towers = Towers(
+        three(np.add(radius, radii)),
+        three(np.add(TOWER_ANGLES, turns)),
+        three(np.add(rod, rods)),
+        three(np.subtract(height, ends)),
     )
     defined = ("DEFAULT_ACCELERATION", "DEFAULT_TRAVEL_ACCELERATION")
     limits = FirmwareLimits(
@@ -520,10 +547,10 @@ def _marlin(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
         said.speeds("DEFAULT_MAX_ACCELERATION", "M201"),
         said.one("PRINTABLE_RADIUS", "DELTA_PRINTABLE_RADIUS", above=0.0, unit=MM),
     )
-    return delta, limits
+    return towers, limits
 
 
-def _reprap(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
+def _reprap(said: _Sayings) -> tuple[Towers, FirmwareLimits]:
     if said.one("M669 K") not in (None, 3.0):
         raise said.error("M669 K", "must be 3: a linear delta")
     said.level("M666 A", "M666 B")
@@ -533,7 +560,8 @@ def _reprap(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
         raise said.error("M665 L", "is missing, or has neither one number nor three")
     turns, ends = (said.each("", _letters(code), NONE) for code in ("M665", "M666"))
     rods = rods * (3 // len(rods))
-    delta = RepRapFirmwareDelta(three(rods), radius, said.needed("M665 H"), turns, ends)
+    heights = three(np.add(said.needed("M665 H"), ends))
+    towers = Towers((radius,) * 3, three(np.add(TOWER_ANGLES, turns)), three(rods), heights)
     span = said.numbers("M208 Z", unit=MM)
     lowest = said.one("M208 Z S1", unit=MM)
     limits = FirmwareLimits(
@@ -542,7 +570,7 @@ def _reprap(said: _Sayings) -> tuple[Delta, FirmwareLimits]:
         radius=said.one("M665 B", above=0.0, unit=MM),
         lowest=span[0] if lowest is None and len(span) == 2 else lowest,
     )
-    return delta, limits
+    return towers, limits
 
 
 def _letters(command: str, letters: str = "XYZ") -> list[str]:

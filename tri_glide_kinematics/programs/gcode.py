@@ -48,6 +48,7 @@ from tri_glide_kinematics.programs.settings import (
     NOWHERE,
     TEXTS,
     WORK_OFFSETS,
+    Customs,
     Dialect,
     ProgramSettings,
 )
@@ -140,6 +141,9 @@ def _millimetres(length: float) -> str:
 
 INCH = 25.4 * MILLIMETRE  # m
 
+# By tenfold numbers of G; some mills know G70 and G71, too [m].
+_UNITS = {200: INCH, 700: INCH, 210: MILLIMETRE, 710: MILLIMETRE}
+
 # Steps whose square is shorter make no segment [m^2].
 SHORTEST_SQUARED = SHORTEST * SHORTEST
 
@@ -155,13 +159,20 @@ _G_GROUPS: Mapping[int, str] = MappingProxyType(
         800: "cycle",
         **dict.fromkeys((40, 100, 280, 920, 921, 922, 923), "once"),
         **dict.fromkeys((170, 180, 190), "plane"),
-        **dict.fromkeys((200, 210), "units"),
+        **dict.fromkeys(_UNITS, "units"),
         **dict.fromkeys((900, 910), "distances"),
         **dict.fromkeys((901, 911), "distances of centres"),
         **dict.fromkeys((430, 490), "tool offset"),
         **dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), "work offset"),
         **dict.fromkeys((610, 640), "tolerance"),
-        **{530: "machine coordinates", 400: "compensation", 940: "feed", 970: "spindle"},
+        **{
+            150: "polar",
+            690: "rotation",
+            530: "machine coordinates",
+            400: "compensation",
+            940: "feed",
+            970: "spindle",
+        },
         **dict.fromkeys((980, 990), "retract"),
     }
 )
@@ -194,10 +205,13 @@ _HELP = {
     290: _MAP_HELP,
     611: "use G61: the path stops wherever it is not smooth",
     960: "use G97",
+    **dict.fromkeys((160, 500, 510, 680), "let the CAM program scale and turn the places itself"),
+    **dict.fromkeys((330, 331), "no thread is cut here"),
     270: "write the place as a line",
     520: "use G92 or G54 to G59.3",
 }
 _OFFSET_HELP = "name offsets and tools in the settings, or use G92"
+_CALL_HELP = "write out what it calls; if that does not move the tool, name it under ignored"
 _HELP_OF_M = {
     **dict.fromkeys((2060, 4280, 2180, 2900, 8510), _OFFSET_HELP),
     **dict.fromkeys((920, 6650, 6660), "the geometry is that of the parameters of the machine"),
@@ -205,10 +219,14 @@ _HELP_OF_M = {
     **dict.fromkeys((1200, 1210), "stored states are not restored: write G90 or G91, and F"),
     **dict.fromkeys((4010, 4020, 5850), "nothing is probed while a program runs"),
     **dict.fromkeys((5010, 5020), "it would change offsets: write those of the program itself"),
+    **dict.fromkeys((970, 980, 990), _CALL_HELP),
+    **dict.fromkeys((660, 670, 680), "nothing is read and no voltage set here: see M62 to M65"),
     2080: "the workspace is that of the machine: take it away, or name it under ignored",
     4200: _MAP_HELP,
 }
 _JOG_HELP = "write what is to be driven as lines of G1, and not as jogs"
+# So many commands that are not understood are named at once.
+MOST_NAMES = 8
 _IGNORED_HELP = "if it does not concern the motion, name it in the settings under ignored"
 
 
@@ -398,6 +416,120 @@ class _Writer:
         )
 
 
+class _Outputs:
+    """Spindle, coolant, fans and pins, which change where the platform is then."""
+
+    def __init__(self, writer: _Writer, customs: Customs) -> None:
+        self._writer = writer
+        self._customs = customs
+        self._spindle = 0.0
+        self._spindle_speed = 0.0
+        self._coolant: set[str] = set()
+
+    def take(self, line: _Line, number: int) -> None:
+        """Put out what a ``line`` with this ``number`` says."""
+        self._set_spindle(line, number)
+        for code in line.m:
+            if code in _COOLANT:
+                for name, is_on in _COOLANT[code]:
+                    self._writer.put_out(name, 0, is_on, number)
+                    (self._coolant.add if is_on else self._coolant.discard)(name)
+            elif code in _DIGITAL:
+                output = line.whole("P")
+                if output is None:
+                    line.fail(line.m[code], "it needs a P, the number of the output")
+                self._writer.put_out("digital", output, _DIGITAL[code], number)
+            elif code == 420:
+                output, value = line.whole("P"), line.take("S")
+                if output is None or value is None:
+                    line.fail(line.m[code], "it needs P and S, the number of a pin and its value")
+                self._writer.put_out("pin", output, value, number)
+            elif code in (1060, 1070):
+                index = line.index("S")
+                speed = line.take("S") if code == 1060 else 0.0
+                if speed is not None and speed < 0.0:
+                    line.fail(index, "the speed of a fan must be at least 0")
+                fan = 255.0 if speed is None else speed
+                self._writer.put_out("fan", line.whole("P") or 0, fan, number)
+
+    def _set_spindle(self, line: _Line, number: int) -> None:
+        turns = next((turn for code, turn in _SPINDLE if code in line.m), None)
+        other = 420 in line.m or 1060 in line.m or (40 in line.g and self._customs.homes_whole)
+        speed = None
+        if not other and (turns is not None or "S" not in self._customs.told_letters):
+            speed = line.take("S")
+        if speed is not None:
+            self._spindle_speed = speed
+        if turns is not None:
+            self._spindle = turns
+        if turns is not None or (speed is not None and self._spindle):
+            turning = self._spindle * self._spindle_speed + 0.0
+            self._writer.put_out("spindle", 0, turning, number)
+
+    def go_off(self, number: int) -> None:
+        """Put out nothing any more, as the line with this ``number`` ends the program."""
+        if self._spindle:
+            self._writer.put_out("spindle", 0, 0.0, number)
+        for name in sorted(self._coolant):
+            self._writer.put_out(name, 0, 0.0, number)
+
+
+class _ArcWords:
+    """The words of an arc, taken from its line: R, two of I, J and K, and P."""
+
+    def __init__(self, line: _Line, plane: tuple[int, int, int]) -> None:
+        p, q, along = plane
+        self._names, self._fail = (OFFSETS[p], OFFSETS[q]), line.fail
+        self._turns_index, self._turns = line.index("P"), line.whole("P")
+        self._index = max(line.index(letter) for letter in (*self._names, "R"))
+        self._centre = [line.take(letter) for letter in self._names]
+        # Some CAM programs write all three; of the third only a zero is understood.
+        spare = line.index(OFFSETS[along])
+        if line.take(OFFSETS[along]):
+            line.fail(spare, f"{OFFSETS[along]} has no meaning in this plane (G17 to G19)")
+        self._radius = line.take("R")
+
+    def arc(
+        self, ends: tuple[Point, Point], unit: float, zero: Point | None, clockwise: bool
+    ) -> tuple[Point, float]:
+        """Return the centre and the angle [rad] between two ``ends`` [m].
+
+        Args:
+            ends: of the arc in its plane.
+            unit: of its words [m].
+            zero: from which its centre is counted; None for its start [m].
+            clockwise: how it turns.
+        """
+        p, q = self._names
+        try:
+            if self._radius is not None:
+                if self._centre != [None, None]:
+                    raise NoArcError("it has both R and a centre: one of them is enough")
+                centre = centre_of_radius(*ends, self._radius * unit, clockwise)
+            elif self._centre == [None, None]:
+                raise NoArcError(f"it needs R, or {p} or {q} for its centre")
+            elif zero is not None and None in self._centre:
+                raise NoArcError(f"with G90.1 it needs {p} and {q}")
+            else:
+                (x, y), (i, j) = zero or ends[0], (unit * (word or 0.0) for word in self._centre)
+                centre = x + i, y + j
+            return arc(*ends, centre, clockwise)
+        except NoArcError as error:
+            self._fail(self._index, str(error))
+
+    def turned(self, angle: float, less: int | None) -> float:
+        """Return the ``angle`` with whole turns: P, ``less`` so many; None if P has no meaning."""
+        if self._turns is None:
+            return angle
+        if less is None or self._turns < less:
+            self._fail(self._turns_index, "so many turns have no meaning here")
+        angle += math.copysign(2.0 * math.pi * (self._turns - less), angle)
+        if abs(angle) > LARGEST_ANGLE:
+            most = math.floor(LARGEST_ANGLE / (2.0 * math.pi)) - 1 + less
+            self._fail(self._turns_index, f"there may be {most} turns at most")
+        return angle
+
+
 class _Interpreter:
     """Goes through the lines of one program, with what holds at each."""
 
@@ -431,9 +563,6 @@ class _Interpreter:
         self._tolerance = settings.tolerance
         self._feed = self._customs.first_feed if settings.feed is None else settings.feed
         self._part_of_feed = 1.0
-        self._spindle = 0.0
-        self._spindle_speed = 0.0
-        self._coolant: set[str] = set()
         # Of drilling cycles: the numbers that still hold, by their letters; where they began, and
         # whether the tool goes back there behind each hole.
         self._drilled: dict[str, float] = {}
@@ -441,6 +570,7 @@ class _Interpreter:
         # The place that the platform is sent to; the last segment ends hardly elsewhere.
         self._here = list(settings.begin)
         self._writer = _Writer(settings.begin)
+        self._outputs = _Outputs(self._writer, self._customs)
 
     def program(self) -> Program:
         """Return the whole program."""
@@ -496,6 +626,8 @@ class _Interpreter:
             # The first one may begin the program, the second one ends it.
             is_begun = not self._writer.is_empty
             self._ended = self._is_after_percent or is_begun or self._motion is not None
+            if self._ended and words[0].text.strip(PERCENT):
+                self._fail(0, "only % alone ends a program: take away what stands behind it")
             self._is_after_percent = True
             return
         for index, word in enumerate(words):
@@ -507,17 +639,24 @@ class _Interpreter:
 
     def _carry_out_name(self, name: str, index: int) -> None:
         """Carry out a line that begins with a name, or an order to grbl."""
-        is_told = name in self._settings.ignored or name.startswith(self._customs.names)
         if name == "$H" and self._dialect is Dialect.GRBL:
             self._go_home(_Line("", (), self._fail), index)
-        elif name.startswith("$J") or not is_told:
+        elif name.startswith("$J") or not self._is_told_name(name):
             help_text = _JOG_HELP if name.startswith("$J") else self._help_of(name)
+            if help_text is _IGNORED_HELP:
+                names = [each for each in self._reader.names() if not self._is_told_name(each)]
+                help_text += f": {', '.join(names[:MOST_NAMES])}"
             self._fail(index, f"this command is not understood: {help_text}")
         else:
             self._tell(name, "it does not concern the motion")
 
+    def _is_told_name(self, name: str) -> bool:
+        return name in self._settings.ignored or name.startswith(self._customs.names)
+
     def _help_of(self, name: str) -> str:
         """Return what helps where a command is not understood."""
+        if name.startswith("BED_MESH_"):
+            return _MAP_HELP
         others = [
             dialect.value
             for dialect, customs in CUSTOMS.items()
@@ -627,9 +766,6 @@ class _Interpreter:
     def _fail_far(self) -> NoReturn:
         self._fail(-1, f"it leads farther than {FAR:g} m: are its units right?")
 
-    def _put_out(self, name: str, number: int, value: float) -> None:
-        self._writer.put_out(name, number, value, self._line)
-
     # All other lines
 
     def _carry_out(self, line: _Line) -> None:
@@ -644,8 +780,7 @@ class _Interpreter:
         self._set_units(line)
         self._set_feed(line)
         self._set_tool(line)
-        self._set_spindle(line)
-        self._set_outputs(line)
+        self._outputs.take(line, self._line)
         self._set_modes(line)
         axes_are_taken = self._do_once(line)
         self._move(line, axes_are_taken)
@@ -692,10 +827,8 @@ class _Interpreter:
                     self._tell(letter, "the limits of the machine count")
 
     def _set_units(self, line: _Line) -> None:
-        if 200 in line.g:
-            self._unit = INCH
-        elif 210 in line.g:
-            self._unit = MILLIMETRE
+        for code in line.g.keys() & _UNITS:
+            self._unit = _UNITS[code]
 
     def _set_feed(self, line: _Line) -> None:
         index = line.index("F")
@@ -729,42 +862,6 @@ class _Interpreter:
         elif wanted is not None and self._customs.homes_whole:
             self._tool = wanted
             self._tell("T", "tools are not changed")
-
-    def _set_spindle(self, line: _Line) -> None:
-        turns = next((turn for code, turn in _SPINDLE if code in line.m), None)
-        other = 420 in line.m or 1060 in line.m or (40 in line.g and self._customs.homes_whole)
-        speed = None
-        if not other and (turns is not None or "S" not in self._customs.told_letters):
-            speed = line.take("S")
-        if speed is not None:
-            self._spindle_speed = speed
-        if turns is not None:
-            self._spindle = turns
-        if turns is not None or (speed is not None and self._spindle):
-            self._put_out("spindle", 0, self._spindle * self._spindle_speed + 0.0)
-
-    def _set_outputs(self, line: _Line) -> None:
-        for code in line.m:
-            if code in _COOLANT:
-                for name, is_on in _COOLANT[code]:
-                    self._put_out(name, 0, is_on)
-                    (self._coolant.add if is_on else self._coolant.discard)(name)
-            elif code in _DIGITAL:
-                number = line.whole("P")
-                if number is None:
-                    self._fail(line.m[code], "it needs a P, the number of the output")
-                self._put_out("digital", number, _DIGITAL[code])
-            elif code == 420:
-                number, value = line.whole("P"), line.take("S")
-                if number is None or value is None:
-                    self._fail(line.m[code], "it needs P and S, the number of a pin and its value")
-                self._put_out("pin", number, value)
-            elif code in (1060, 1070):
-                index = line.index("S")
-                speed = line.take("S") if code == 1060 else 0.0
-                if speed is not None and speed < 0.0:
-                    self._fail(index, "the speed of a fan must be at least 0")
-                self._put_out("fan", line.whole("P") or 0, 255.0 if speed is None else speed)
 
     def _set_modes(self, line: _Line) -> None:
         """Take in what holds from now on."""
@@ -972,49 +1069,14 @@ class _Interpreter:
             self._add_line(rapid, at_full_speed)
 
     def _move_on_arc(self, line: _Line) -> None:
-        turns_index, turns = line.index("P"), line.whole("P")
         p, q, along = self._plane
-        index = max(line.index(letter) for letter in (OFFSETS[p], OFFSETS[q], "R"))
-        centre_words = [line.take(OFFSETS[axis]) for axis in (p, q)]
-        # Some CAM programs write all three; of the third only a zero is understood.
-        spare = line.index(OFFSETS[along])
-        if line.take(OFFSETS[along]):
-            self._fail(spare, f"{OFFSETS[along]} has no meaning in this plane (G17 to G19)")
-        radius, start = line.take("R"), tuple(self._here)
+        words, start = _ArcWords(line, self._plane), tuple(self._here)
         self._take_target(line, self._offsets.shift)
         end = tuple(self._here)
-        clockwise = self._motion == 20
         ends = ((start[p], start[q]), (end[p], end[q]))
-        try:
-            if radius is not None:
-                if centre_words != [None, None]:
-                    raise NoArcError("it has both R and a centre: one of them is enough")
-                centre = centre_of_radius(*ends, radius * self._unit, clockwise)
-            elif centre_words == [None, None]:
-                raise NoArcError(f"it needs R, or {OFFSETS[p]} or {OFFSETS[q]} for its centre")
-            elif self._absolute_centres:
-                if None in centre_words:
-                    raise NoArcError(f"with G90.1 it needs {OFFSETS[p]} and {OFFSETS[q]}")
-                near = [
-                    word * self._unit + self._offsets.shift[axis]
-                    for word, axis in zip(centre_words, (p, q))
-                    if word is not None
-                ]
-                centre = near[0], near[1]
-            else:
-                offset_p, offset_q = (self._unit * (word or 0.0) for word in centre_words)
-                centre = start[p] + offset_p, start[q] + offset_q
-            centre, angle = arc(*ends, centre, clockwise)
-        except NoArcError as error:
-            self._fail(index, str(error))
-        if turns is not None:
-            less = self._customs.turns_given
-            if less is None or turns < less:
-                self._fail(turns_index, "so many turns have no meaning here")
-            angle += math.copysign(2.0 * math.pi * (turns - less), angle)
-            if abs(angle) > LARGEST_ANGLE:
-                most = math.floor(LARGEST_ANGLE / (2.0 * math.pi)) - 1 + less
-                self._fail(turns_index, f"there may be {most} turns at most")
+        zero = (self._offsets.shift[p], self._offsets.shift[q]) if self._absolute_centres else None
+        centre, angle = words.arc(ends, self._unit, zero, self._motion == 20)
+        angle = words.turned(angle, self._customs.turns_given)
         size = abs(angle) * math.dist(ends[0], centre)
         rise = end[along] - start[along]
         if math.hypot(size, rise) < SHORTEST:
@@ -1041,10 +1103,7 @@ class _Interpreter:
             if code in _PAUSES and (code != 10 or self._settings.optional_stop):
                 self._writer.rest(ProgramStop(_PAUSES[code], self._line))
             elif code in _ENDS:
-                if self._spindle:
-                    self._put_out("spindle", 0, 0.0)
-                for name in sorted(self._coolant):
-                    self._put_out(name, 0, 0.0)
+                self._outputs.go_off(self._line)
                 self._writer.rest(ProgramStop(StopKind.END, self._line))
                 self._ended = True
 
@@ -1067,6 +1126,7 @@ class _Line:
     Attributes:
         g: index of each word G by its tenfold number.
         m: index of each word M by its tenfold number.
+        fail: raises the error about the word with an index; negative for the whole line.
     """
 
     def __init__(
@@ -1078,7 +1138,7 @@ class _Line:
         self.g: dict[int, int] = {}
         self.m: dict[int, int] = {}
         self._words: dict[str, tuple[float | None, int]] = {}
-        self._fail = fail
+        self.fail = fail
         for index, (letter, value) in enumerate(zip(letters, values)):
             if letter in "GM":
                 self._add_command(letter, value, index)
@@ -1094,9 +1154,9 @@ class _Line:
         commands = self.g if letter == "G" else self.m
         code = -1 if value is None else round(10.0 * value)
         if value is None or abs(10.0 * value - code) > 1e-6 or code < 0:
-            self._fail(index, "this is no number of a command")
+            self.fail(index, "this is no number of a command")
         if code in commands:
-            self._fail(index, "it stands twice on this line")
+            self.fail(index, "it stands twice on this line")
         commands[code] = index
 
     def check(
@@ -1112,11 +1172,11 @@ class _Line:
             if code not in groups:
                 known = _HELP if letter == "G" else _HELP_OF_M
                 help_text = known.get(code) or help_of(f"{letter}{code / 10:g}")
-                self._fail(index, f"this command is not understood: {help_text}")
+                self.fail(index, f"this command is not understood: {help_text}")
             other = found.setdefault(groups[code], code)
             if other != code:
                 name = f"{letter}{other / 10:g}"
-                self._fail(index, f"it contradicts {name} on the same line: make two lines of it")
+                self.fail(index, f"it contradicts {name} on the same line: make two lines of it")
 
     def index(self, letter: str) -> int:
         """Return the index of a word that is not taken yet, -1 if there is none."""
@@ -1128,7 +1188,7 @@ class _Line:
             return None
         value, index = self._words.pop(letter)
         if value is None:
-            self._fail(index, f"{letter} has no number")
+            self.fail(index, f"{letter} has no number")
         return value
 
     def whole(self, letter: str) -> int | None:
@@ -1138,7 +1198,7 @@ class _Line:
         if value is None:
             return None
         if value < 0.0 or value != int(value):
-            self._fail(index, "it must be a whole number, at least 0")
+            self.fail(index, "it must be a whole number, at least 0")
         return int(value)
 
     def drop(self, letter: str) -> bool:
@@ -1149,9 +1209,12 @@ class _Line:
         """Check that each word has had a meaning."""
         for letter, (value, index) in self._words.items():
             if value is None:
-                self._fail(index, f"{letter} has no number")
+                self.fail(index, f"{letter} has no number")
             if letter in "ABCUVW":
-                self._fail(index, f"there is no axis {letter}: the platform only translates")
-            self._fail(
+                if value == 0.0:
+                    # Where an axis stays, the tool does not turn.
+                    continue
+                self.fail(index, f"there is no axis {letter}: the platform only translates")
+            self.fail(
                 index, f"{letter} has no meaning on this line: take it away if it is not needed"
             )

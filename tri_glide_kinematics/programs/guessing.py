@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from tri_glide_kinematics.programs.settings import Dialect
+from tri_glide_kinematics.programs.settings import CUSTOMS, Dialect
 
 # So much of a file is looked at: heads hold pictures, and some generators write how they were set
 # into the last lines. Comments tell whom they are for in the first ones [bytes].
@@ -30,6 +30,9 @@ _FLAVOR_OF_CURA = {**_FLAVORS, "reprap": Dialect.REPRAP}
 _LINE = rb"(?:\A|[\r\n])[ \t]*(?:N[0-9]+[ \t]*)?"
 # A comment that says so in its first words: to look farther in a damaged file takes too long.
 _COMMENT = rb"[;(][^\r\n]{0,100}"
+# What Klipper alone obeys; slicers write it also where they are told to write for Marlin.
+_NAMES = "|".join(CUSTOMS[Dialect.KLIPPER].names).encode()
+_OF_KLIPPER = re.compile(_LINE + rb"((?:" + _NAMES + rb")\w*)")
 _OF_SLICER = re.compile(rb";[ \t]*gcode_flavor[ \t]*=[ \t]*([^\r\n]+)")
 _OF_CURA = re.compile(rb";FLAVOR:([^\r\n]+)")
 
@@ -42,6 +45,13 @@ _SIGNS = (
     (Dialect.KLIPPER, _COMMENT + rb"\b(klipper)\b", FIRST),
     (Dialect.REPRAP, _COMMENT + rb"\b(reprapfirmware)\b", FIRST),
     (Dialect.MARLIN, _LINE + rb"(M(?:8[234]|20[0-9]|900)\b|M73 [PQRS])", HEAD),
+    # On a mill, these might be anything, but have no S of their own: fan and temperatures.
+    (Dialect.MARLIN, _LINE + rb"(M1(?:0[469]|[49]0) ?(?:[PT]\d+ ?)?S\d+)", HEAD),
+    (
+        Dialect.MARLIN,
+        _COMMENT + rb"\b(marlin(?:_post| device| firmware)\b|preprocessor\b.{0,40}: ?marlin)",
+        FIRST,
+    ),
     (Dialect.MARLIN, _LINE + rb"(?:G92[ \t]*|G0?[0-3]\b[^\r\n;(]*)(E-?[0-9.]+)", HEAD),
 )
 _PATTERNS = tuple((dialect, re.compile(sign, re.IGNORECASE), end) for dialect, sign, end in _SIGNS)
@@ -70,6 +80,9 @@ class Guess(NamedTuple):
 
 def guess_dialect(data: bytes) -> Guess | None:
     """Return the dialect that a program shows; None for that of RS274/NGC, which has no sign."""
+    named = _OF_KLIPPER.search(data, 0, HEAD)
+    if named:
+        return Guess(Dialect.KLIPPER, _line_at(data, named.start(1)), named[1].decode())
     begin = max(len(data) - TAIL, 0)
     for pattern, flavors, places in (
         (_OF_SLICER, _FLAVORS, ((data[:HEAD], 0), (data[begin:], begin))),

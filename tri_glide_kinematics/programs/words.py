@@ -43,17 +43,26 @@ for _kind, _bytes in (
 # Leaves the numbers of a text.
 WITHOUT_LETTERS = bytes(code if KINDS[code] == NUMBER else 32 for code in range(256))
 
-COMMENT = re.compile(rb"\([^()\n]*\)|;[^\n]*")
+# Of comments in brackets, one may stand within another.
+COMMENT = re.compile(rb"\((?:[^()\n]|\([^()\n]*\))*\)|;[^\n]*")
 CHECKSUM = re.compile(rb"\*[ \t]*(\d{1,3})[ \t]*$", re.MULTILINE)
 
 # The same, for a line that is read word by word.
-GAP = re.compile(r"(?:[ \t]|\([^()]*\)|;.*)*")
+GAP = re.compile(r"(?:[ \t]|\((?:[^()]|\([^()]*\))*\)|;.*)*")
 NAME = re.compile(r"[A-Za-z_]{2,}|\$[^\s;(]*")
+FIRST_NAME = re.compile(rb"^[ \t]*([A-Z_]{2,})", re.MULTILINE | re.IGNORECASE)
 SIGNED = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
 WORD = re.compile(rf"([A-Za-z])(?:[ \t]*({SIGNED})(?![0-9.+-])|[ \t]*(\"[^\"]*\"))?")
 LINE_CHECKSUM = re.compile(r"\*[ \t]*([0-9]+)[ \t]*(?:;.*)?$")
 EXPONENT = re.compile(r"[Ee][-+]?[0-9]")
 STRAY = re.compile(r"[^\s;(]+")
+# Of a subroutine, a branch or a loop of RS274/NGC (a number of a program has no name behind it),
+# and of RepRapFirmware.
+BRANCH = re.compile(
+    r"[ \t]*(?:O(?:<|[ \t]*\d+[ \t]*[a-z]{2})"
+    r"|(?:if|elif|else|while|break|continue|var|global|set|abort)\b)",
+    re.IGNORECASE,
+)
 
 # Letters of words that are none: a name of several letters (or an order to grbl, which begins with
 # $), and the sign at both ends of a program.
@@ -144,7 +153,8 @@ class WordReader:
         if data.startswith(b"\0"):
             reason = "is no text in UTF-8 or ASCII: it begins with zero bytes, as a damaged file"
             raise ProgramError(file, 0, 0, "", reason)
-        data = data.removeprefix(b"\xef\xbb\xbf")
+        # Ctrl-Z is the end of a file of DOS.
+        data = data.removeprefix(b"\xef\xbb\xbf").removesuffix(b"\x1a")
         if b"\r" in data:
             data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
         self._data = data
@@ -156,6 +166,11 @@ class WordReader:
     def ends_in_a_line(self) -> bool:
         """Whether the last line has no end, as that of a file that is cut off."""
         return not self._data.endswith(b"\n")
+
+    def names(self) -> list[str]:
+        """Return the commands of several letters that lines begin with, each once."""
+        found = dict.fromkeys(name.decode().upper() for name in FIRST_NAME.findall(self._data))
+        return [name for name in found if not BRANCH.match(name)]
 
     def blocks(self) -> Iterator[Block]:
         """Yield all words, some lines after the other."""
@@ -232,7 +247,13 @@ class WordReader:
     def _word(self, text: str, line: int, place: int, is_first: bool) -> Word:
         """Return the word at a ``place`` of a line."""
         if text[place] == PERCENT:
-            return Word(PERCENT, None, place + 1, PERCENT)
+            found = STRAY.match(text, place)
+            return Word(PERCENT, None, place + 1, found[0] if found else PERCENT)
+        if BRANCH.match(text):
+            reason = "subroutines, branches, loops and variables are not understood: write out the "
+            raise ProgramError(
+                self._file, line, place + 1, text.strip(), f"{reason}lines that they lead to"
+            )
         name = NAME.match(text, place) if is_first else None
         if name:
             return Word(NAMED, None, place + 1, name[0])
@@ -260,7 +281,7 @@ class WordReader:
 def _why_no_word(rest: str) -> str:
     if rest.startswith("("):
         if ")" in rest:
-            return "a comment within a comment is not understood: leave the inner ( out"
+            return "a comment needs as many ) as it has (, two at most: leave the inner ones out"
         return "the comment has no end: ) is missing on its line"
     if rest[0] in "#[":
         return "parameters and expressions are not understood: write numbers instead"

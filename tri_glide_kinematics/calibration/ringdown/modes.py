@@ -37,6 +37,9 @@ from tri_glide_kinematics.vectors import FloatArray
 MOST_MODES = 2
 MOST_OSCILLATIONS = MOST_MODES + 1
 
+# Samples of a swing: more would take longer than anybody waits.
+MOST_SAMPLES = 200_000
+
 # Noise alone is taken for an oscillation in so many recordings, all frequencies together.
 FALSE_ALARMS = 1e-4
 
@@ -204,10 +207,20 @@ class RingDown:
 
 
 def find_modes(recording: Recording) -> RingDown:
-    """Return the modes that explain a ``recording``, which begins when the motion has ended."""
+    """Return the modes that explain a ``recording``, which begins when the motion has ended.
+
+    Raises:
+        KinematicsError: if it has more than ``MOST_SAMPLES`` samples.
+    """
     values = recording.values
     moving = np.ptp(values, axis=0) > 0.0
     count = len(recording.times)
+    if count > MOST_SAMPLES:
+        start, end = recording.times[[0, -1]]
+        raise KinematicsError(
+            f"{count} samples from {start:.9g} to {end:.9g} s: modes are found in {MOST_SAMPLES} "
+            "at most, so name the part behind the motion with --from and --to [s]"
+        )
     is_clipped = any(_is_clipped(axis) or _is_clipped(-axis) for axis in values.T[moving])
     if count < LEAST_SAMPLES or not moving.any() or is_clipped:
         few = NotKnown.CLIPPED if is_clipped else NotKnown.ONLY_NOISE
