@@ -1,7 +1,5 @@
 """Settings of Klipper, Marlin and RepRapFirmware: their own formulas, and there and back."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import fields, replace
 

@@ -1,7 +1,5 @@
 """The commands draw_motion and judge: what they write, say and return, without ROS."""
 
-from __future__ import annotations
-
 import shlex
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A shorter form of the soak of the controller: its laws under everything that can arrive."""
 
-from __future__ import annotations
-
 import pytest
 from soak import many, seed, some
 

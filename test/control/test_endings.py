@@ -1,7 +1,5 @@
 """However a controller ends, it ends after a ramp: setpoints to rest, inside the limits."""
 
-from __future__ import annotations
-
 import random
 import sys
 from contextlib import contextmanager, suppress

@@ -1,7 +1,5 @@
 """fk_node as a process: poses and twists of a recorded slider path."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -71,11 +69,7 @@ def test_recorded_path_gives_the_poses_it_was_made_from(client, fk):
     for k in range(200):
         t = 0.05 * k
         position = (0.08 * math.cos(t), 0.08 * math.sin(1.3 * t), 0.25 + 0.05 * math.sin(0.7 * t))
-        velocity = (
-            -0.08 * math.sin(t),
-            0.104 * math.cos(1.3 * t),
-            0.035 * math.cos(0.7 * t),
-        )
+        velocity = (-0.08 * math.sin(t), 0.104 * math.cos(1.3 * t), 0.035 * math.cos(0.7 * t))
         heights, rates = machine.inverse_velocity(position, velocity)
         names = ("slider_1", "slider_2", "slider_3", "gripper", "slider_10")
         heights, rates = (*heights, 0.01, 9.0), (*rates, 0.5, 9.0)

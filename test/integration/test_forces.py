@@ -1,7 +1,5 @@
 """Masses, force limits, a limit of the platform's speed, and the teach mode of a running node."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

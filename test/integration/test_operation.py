@@ -1,7 +1,5 @@
 """Stop, enable, state, supervision and live parameters of ik_node, with the simulator's faults."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -65,11 +63,7 @@ def test_disabled_machine_is_silent_may_be_moved_by_hand_and_is_enabled_where_it
 
 
 FAULTS = {
-    "silent": (
-        {"drop_out": 1.0},
-        Cause.MEASUREMENTS_SILENT,
-        "measured heights are silent for",
-    ),
+    "silent": ({"drop_out": 1.0}, Cause.MEASUREMENTS_SILENT, "measured heights are silent for"),
     "jump": (
         {"encoder_offsets": [0.0, 0.045, 0.0]},
         Cause.MEASUREMENT_JUMP,

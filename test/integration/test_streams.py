@@ -1,7 +1,5 @@
 """Streams of commands: the cycle goes on, jogs turn, moving targets are followed."""
 
-from __future__ import annotations
-
 import math
 import time
 

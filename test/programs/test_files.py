@@ -1,7 +1,5 @@
 """Files as slicers, CAM programs and people write them, ten for each kind of firmware."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The surface of a workspace: closed, with the right volume, and whole in its files."""
 
-from __future__ import annotations
-
 import json
 import struct
 

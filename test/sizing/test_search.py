@@ -1,7 +1,5 @@
 """Machines for wishes: all that is said of them holds, and none is better."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

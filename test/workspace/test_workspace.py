@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -7,14 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from soak import many
-from strategies import (
-    DEFAULT_LIMITS,
-    accepts,
-    is_inside,
-    nudged,
-    random_geometry,
-    random_positions,
-)
+from strategies import DEFAULT_LIMITS, accepts, is_inside, nudged, random_geometry, random_positions
 
 from tri_glide_kinematics.errors import (
     KinematicsError,

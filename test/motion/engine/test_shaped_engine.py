@@ -260,10 +260,7 @@ def test_a_jog_in_another_direction_is_calm(kind):
 
 @pytest.mark.parametrize(
     ("start", "end"),
-    [
-        ((0.16, 0.08, 0.4), (-0.01, -0.03, 0.31)),
-        ((0.14, 0.07, 0.33), (-0.1, -0.04, 0.27)),
-    ],
+    [((0.16, 0.08, 0.4), (-0.01, -0.03, 0.31)), ((0.14, 0.07, 0.33), (-0.1, -0.04, 0.27))],
 )
 def test_a_plan_from_rest_is_proved_from_its_start_however_long_that_takes(start, end, monkeypatch):
     # Nothing is left to the shaper, so that the first plan exceeds limits.

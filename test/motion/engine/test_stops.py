@@ -1,7 +1,5 @@
 """A shorter form of the soak of stops: none breaks the law of stops."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

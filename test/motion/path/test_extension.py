@@ -1,7 +1,5 @@
 """Paths with more behind them: as before up to a place, and all tolerances hold."""
 
-from __future__ import annotations
-
 import time
 from itertools import pairwise
 

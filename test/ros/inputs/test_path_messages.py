@@ -1,7 +1,5 @@
 """Paths out of the bytes of messages: as rclpy reads them, whatever their frames, only faster."""
 
-from __future__ import annotations
-
 import math
 import random
 import struct

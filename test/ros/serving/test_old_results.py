@@ -1,7 +1,5 @@
 """Results of goals that ended some time ago."""
 
-from __future__ import annotations
-
 import gc
 
 from tri_glide_interfaces.action import FollowPath

@@ -1,7 +1,5 @@
 """How wide roundings are: nothing hangs on rounding errors, and bounds hold."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 
