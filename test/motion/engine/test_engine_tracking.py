@@ -258,24 +258,6 @@ def test_on_a_circle_the_delay_is_led_and_the_error_told():
     assert moving.kept_limits
 
 
-def test_a_target_on_a_circle_is_followed_by_rare_and_late_reports():
-    moving = resting()
-    rng = np.random.default_rng(8)
-    errors = []
-    due = 0.0
-    for step in range(1250):
-        now = step * DT
-        if now >= due:
-            seen = due
-            due += 1.0 / 30.0
-            late = float(rng.uniform(0.0, 0.005))
-            moving.track(*circle(seen - late), age=now - seen + late)
-        run(moving, DT, pieces=1)
-        errors.append(math.dist(place(moving), circle(now + DT)[0]))
-    assert max(errors[500:]) < 1e-3
-    assert moving.kept_limits
-
-
 @each_shaper_and_mode
 def test_a_target_that_leaves_the_workspace_is_waited_for(shaper, in_pieces):
     moving = resting(in_pieces, shaper)
