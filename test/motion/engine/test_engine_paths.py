@@ -26,7 +26,7 @@ from motion_machine import (
     run_to_rest,
     speeds,
 )
-from soak import combined
+from soak import combined, some
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionPhase, PlatformPath
@@ -377,7 +377,8 @@ def test_a_speed_override_is_no_factor_of_a_limit():
     assert counts[0] == counts[1]
 
 
-@each_mode
+@pytest.mark.slow
+@pytest.mark.parametrize("in_pieces", some((True, False), 1))
 def test_overrides_and_scales_at_random_keep_all_limits_and_go_on(in_pieces):
     random = np.random.default_rng(7)
     moving = steadily(0.1, in_pieces)

@@ -17,7 +17,6 @@ from motion_machine import (
     RecordedEngine,
     assert_rests_at,
     each_kind,
-    each_mode,
     engine,
     platform_velocity,
     run,
@@ -25,6 +24,7 @@ from motion_machine import (
     stormed,
     within,
 )
+from soak import some
 
 from tri_glide_kinematics.motion import (
     MotionKind,
@@ -58,7 +58,8 @@ def begun(seconds: float, kind: MotionKind = MotionKind.SLIDER) -> RecordedEngin
 
 
 @each_kind
-@each_mode
+@pytest.mark.slow
+@pytest.mark.parametrize("in_pieces", some((True, False), 1))
 def test_whatever_is_commanded_the_limits_hold(kind, in_pieces):
     moving = shaped(kind, in_pieces=in_pieces)
     plans = moving.plan_number

@@ -239,7 +239,7 @@ def test_it_may_be_extended_in_motion_at_its_end_and_after_a_change_of_shaper():
 
 
 @pytest.mark.slow
-@each_mode
+@pytest.mark.parametrize("in_pieces", some((True, False), 1))
 def test_whatever_comes_between_the_limits_hold(in_pieces):
     rng = random.Random(8)
     moving = engine(MotionKind.LINEAR, in_pieces=in_pieces)

@@ -27,7 +27,7 @@ from motion_machine import (
     stormed,
     within,
 )
-from soak import combined, corners
+from soak import combined, corners, some
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import (
@@ -345,7 +345,8 @@ def test_tracking_in_mid_motion_begins_with_a_shaper_for_wherever_it_leads(
 
 
 @each_kind
-@each_mode
+@pytest.mark.slow
+@pytest.mark.parametrize("in_pieces", some((True, False), 1))
 def test_whatever_is_commanded_the_limits_hold(kind, in_pieces):
     moving = resting(kind, in_pieces=in_pieces)
     others: list[Shaping | None] = [BY_PLACE, BY_PLACE, by_place(30.0, 12.0), None]
