@@ -26,12 +26,7 @@ from benchmarks.table import print_lines
 from testing.jerk_on_paths import PERIOD
 from testing.swing_behind import left_behind, settled_at
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import (
-    MotionEngine,
-    MotionKind,
-    Trajectory,
-    plan_move,
-)
+from tri_glide_kinematics.motion import MotionEngine, MotionKind, Trajectory, plan_move
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 

@@ -18,24 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.judge import (
-    CONFIGURED,
-    UNEQUAL,
-    UNEQUAL_LIMITS,
-    WIDE,
-    Findings,
-    Judge,
-    Scenario,
-)
+from benchmarks.judge import CONFIGURED, UNEQUAL, UNEQUAL_LIMITS, WIDE, Findings, Judge, Scenario
 from benchmarks.soak import pieces, random_path, random_place, random_velocity
 from benchmarks.table import print_lines
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import (
-    MotionEngine,
-    MotionKind,
-    MotionPhase,
-    PlatformPath,
-)
+from tri_glide_kinematics.motion import MotionEngine, MotionKind, MotionPhase, PlatformPath
 from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3

@@ -24,10 +24,7 @@ from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits,
 
 MACHINE = TriGlide(DEFAULT_GEOMETRY)
 LIMITS = SliderLimits.uniform(1.0, 10.0, 200.0)
-UNEQUAL = TriGlideGeometry(
-    ((0.01, 0.21), (-0.18, -0.09), (0.165, -0.11)),
-    (0.40, 0.42, 0.385),
-)
+UNEQUAL = TriGlideGeometry(((0.01, 0.21), (-0.18, -0.09), (0.165, -0.11)), (0.40, 0.42, 0.385))
 # As in config/tri_glide.yaml.
 CONFIGURED = WorkspaceLimits((0.3,) * 3, (0.9,) * 3, 0.005, 6.0)
 WORKSPACE = Workspace(MACHINE, CONFIGURED)

@@ -47,12 +47,7 @@ from tri_glide_kinematics.control import (
 )
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion import (
-    MotionEngine,
-    MotionPhase,
-    PlatformPath,
-    SliderState,
-)
+from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformPath, SliderState
 from tri_glide_kinematics.motion.engine import Follow
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3

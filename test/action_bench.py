@@ -1,7 +1,5 @@
 """A machine and a client of its actions, for tests of how goals end."""
 
-from __future__ import annotations
-
 from testing.client import DEEP_QUEUE
 from testing.goals import GoalClient
 from testing.machine import Machine

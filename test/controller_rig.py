@@ -1,7 +1,5 @@
 """A controller with the real engine and a clock of our own: no process, no waiting."""
 
-from __future__ import annotations
-
 from functools import partial
 
 # What tests of controllers need, too, they find here.

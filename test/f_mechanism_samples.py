@@ -1,7 +1,5 @@
 """F-mechanisms for the tests, and the closure condition computed a second way."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A disk that is full, for this process: the system refuses to write on."""
 
-from __future__ import annotations
-
 import resource
 import signal
 from contextlib import contextmanager

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+import re
 from functools import cache
 from pathlib import Path
+from textwrap import dedent
+
+# Strings of several lines may hold code of other files.
+STRING = re.compile(r'("""|\'\'\').*?\1', re.DOTALL)
+STATEMENT = re.compile(
+    r"^[ ]*(?:from[ ]+[\w.]+[ ]+import[ ]+(?:\([^)]*\)|[^\n]*)|import[ ]+[^\n]*)", re.MULTILINE
+)
 
 
 @cache
 def imports(path: Path) -> list[ast.Import | ast.ImportFrom]:
-    """Return all imports of a file."""
-    return list(_imports(ast.parse(path.read_text(encoding="utf-8"))))
-
-
-def _imports(node: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
-    for child in ast.iter_child_nodes(node):
-        if isinstance(child, (ast.Import, ast.ImportFrom)):
-            yield child
-        elif isinstance(child, (ast.stmt, ast.ExceptHandler, ast.match_case)):
-            # No expression has imports in it.
-            yield from _imports(child)
+    """Return all imports of a file. To parse the rest of it, too, takes twenty times as long."""
+    text = STRING.sub(lambda found: "\n" * found[0].count("\n"), path.read_text(encoding="utf-8"))
+    nodes = []
+    for found in STATEMENT.finditer(text):
+        (node,) = ast.parse(dedent(found[0])).body
+        assert isinstance(node, (ast.Import, ast.ImportFrom)), found[0]
+        nodes.append(ast.increment_lineno(node, text.count("\n", 0, found.start())))
+    return nodes

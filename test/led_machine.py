@@ -22,12 +22,7 @@ from tri_glide_kinematics.calibration.session import (
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind
 from tri_glide_kinematics.motion.engine import Command, GoalCode, Move
-from tri_glide_kinematics.simulation import (
-    SimulatedPlate,
-    SimulatedSwing,
-    SwingModel,
-    TrueMachine,
-)
+from tri_glide_kinematics.simulation import SimulatedPlate, SimulatedSwing, SwingModel, TrueMachine
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
 WALL = 1.7e9  # s, by which the clock of the computer is ahead of the steady one

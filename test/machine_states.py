@@ -1,7 +1,5 @@
 """A controller in each of its states, as it comes there in operation."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 from controller_rig import MACHINE, Rig

@@ -1,7 +1,5 @@
 """Requests about mechanisms, as tests ask them."""
 
-from __future__ import annotations
-
 import math
 
 import f_mechanism_samples

@@ -1,7 +1,5 @@
 """The command ``tri-glide``: help at once, every command by its name, completion; without ROS."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

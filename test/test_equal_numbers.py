@@ -1,7 +1,5 @@
 """Choices between equal numbers are the same whatever the last bits are."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What all errors of this package share."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 

@@ -1,7 +1,5 @@
 """What is there already is kept, or left alone; what is written is whole."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

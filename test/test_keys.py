@@ -1,7 +1,5 @@
 """Keys of YAML files: what they say, and what is wrong with them."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

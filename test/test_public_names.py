@@ -1,7 +1,5 @@
 """What the package and its rooms export, loaded when first used."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

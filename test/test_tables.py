@@ -1,7 +1,5 @@
 """Tables of numbers: what they mean, and where a mistake in them is."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

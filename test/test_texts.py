@@ -1,7 +1,5 @@
 """Nothing is decided by a text that is meant for people."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 

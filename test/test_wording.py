@@ -1,7 +1,5 @@
 """Numbers in messages."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

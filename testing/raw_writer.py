@@ -100,11 +100,7 @@ class RawWriter:
             avoid_ros_namespace_conventions=True,
         )
         self._publisher = create(
-            self._node,
-            support,
-            topic.encode(),
-            ctypes.byref(quality),
-            ctypes.byref(_Options()),
+            self._node, support, topic.encode(), ctypes.byref(quality), ctypes.byref(_Options())
         )
         if not self._publisher:
             raise RuntimeError(f"no writer of {topic}")

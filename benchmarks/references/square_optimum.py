@@ -145,11 +145,7 @@ def _solved(
     costs = np.zeros(2 * count + 1)
     costs[-1] = 1.0
     found = linprog(
-        costs,
-        sparse.vstack(rows).tocsc(),
-        np.concatenate(most),
-        bounds=ranges,
-        method="highs-ipm",
+        costs, sparse.vstack(rows).tocsc(), np.concatenate(most), bounds=ranges, method="highs-ipm"
     )
     if found.status != 0:
         raise RuntimeError(f"the linear program of {count} places was not solved: {found.message}")

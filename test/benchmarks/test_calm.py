@@ -1,7 +1,5 @@
 """Shaped motions are there for good much sooner, and leave little of a swing."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The control cycle stays short: what each one calls is counted, not timed."""
 
-from __future__ import annotations
-
 import pytest
 
 from benchmarks.cycle_calls import CYCLES, GOALS, calls_in

@@ -1,7 +1,5 @@
 """The harness of the benchmarks: what it calls, how it counts, what it prints."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """A benchmark whose nodes do not answer tells why, and the others go on."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -1,7 +1,5 @@
 """The time of a square with rounded corners, as the benchmark of paths tells it."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 from benchmarks.bench_paths import SQUARE_TOLERANCE, square_time

@@ -1,7 +1,5 @@
 """The references of the benchmarks compute the same numbers as this project: no times here."""
 
-from __future__ import annotations
-
 import importlib.util
 import math
 

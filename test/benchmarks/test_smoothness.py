@@ -1,7 +1,5 @@
 """Setpoints of moves stay as smooth as they were measured; the figures themselves are right."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from soak import some

@@ -1,7 +1,5 @@
 """Targets of the soak that once led the platform far past their end."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

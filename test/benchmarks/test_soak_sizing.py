@@ -1,7 +1,5 @@
 """The largest force of the soak of sizing is that of the worst directions."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from benchmarks.soak_sizing import largest_forces

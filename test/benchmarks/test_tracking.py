@@ -1,7 +1,5 @@
 """The engine as ``ik_node`` steps it keeps up with twists that turn and targets that move."""
 
-from __future__ import annotations
-
 import pytest
 from soak import some
 

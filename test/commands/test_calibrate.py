@@ -1,7 +1,5 @@
 """The command calibrate."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

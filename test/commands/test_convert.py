@@ -1,7 +1,5 @@
 """The command convert: what it writes, tells and returns."""
 
-from __future__ import annotations
-
 import sys
 
 from firmware_files import SAMPLES

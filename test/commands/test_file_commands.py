@@ -1,7 +1,5 @@
 """The commands draw_motion and judge: what they write, say and return, without ROS."""
 
-from __future__ import annotations
-
 import shlex
 import subprocess
 import sys
@@ -150,12 +148,13 @@ def test_both_run_where_there_is_no_ros(tmp_path):
         "files = ['--output', folder, '--mcap', recording]\n"
         "sys.exit(draw_motion.main([file, *files, *machine]) or judge.main([recording, *machine]))"
     )
-    file = CONFIG / "program_example.gcode"
+    file = tmp_path / "a.gcode"
+    file.write_text("G1 X10 F6000\nX20\nM2\n")
     command = [sys.executable, "-c", script, str(file), str(tmp_path), *MACHINE]
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=120, check=False, cwd=CONFIG
     )
     assert done.returncode == 0, done.stderr
     assert "all limits are kept" in done.stdout
-    with Image.open(tmp_path / "program_example_motion.png") as picture:
+    with Image.open(tmp_path / "a_motion.png") as picture:
         assert picture.size == (1430, 880)

@@ -21,10 +21,10 @@ WISH = ["--cylinder", "0.1", "0.12", "--speed", "1", "--acceleration", "10", "--
 
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch):
-    monkeypatch.setattr(machine, "PLACES", 41)
-    monkeypatch.setattr(search, "ROUNDS", 9)
+    monkeypatch.setattr(machine, "PLACES", 21)
+    monkeypatch.setattr(search, "ROUNDS", 6)
     monkeypatch.setattr(search, "STARTS", 1)
-    monkeypatch.setattr(search, "FIRST_GRID", 31)
+    monkeypatch.setattr(search, "FIRST_GRID", 21)
 
 
 @pytest.fixture

@@ -1,7 +1,5 @@
 """How commands answer a mistake: with an exit code, a line that names it, and no file."""
 
-from __future__ import annotations
-
 import shlex
 import sys
 from importlib import import_module

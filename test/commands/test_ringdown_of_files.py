@@ -1,7 +1,5 @@
 """The command ringdown, and its picture."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

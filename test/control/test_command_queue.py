@@ -1,7 +1,5 @@
 """Commands come to the engine one in a cycle, and what the engine says comes back."""
 
-from __future__ import annotations
-
 from controller_rig import (
     HOME,
     IN_POSITION,

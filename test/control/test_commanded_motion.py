@@ -1,7 +1,5 @@
 """What is asked of a motion becomes commands, states and ends of goals; there is no cycle here."""
 
-from __future__ import annotations
-
 from controller_rig import LIMITS, MACHINE, TARGET, Rig
 
 from tri_glide_kinematics.control import TEACH_SPEED

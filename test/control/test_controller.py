@@ -1,7 +1,5 @@
 """The controller with the real engine and a clock of our own: no process, no waiting."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -62,10 +60,7 @@ def test_it_waits_for_the_machine_and_gives_no_setpoint_before():
     rig.measures = False
     assert rig.cycle(10) is None
     assert rig.controller.state is WAITING
-    for command in (
-        lambda: rig.controller.move_to(TARGET),
-        lambda: rig.jog(),
-    ):
+    for command in (lambda: rig.controller.move_to(TARGET), lambda: rig.jog()):
         with pytest.raises(CommandRefusedError, match="no motion while waiting") as caught:
             command()
         assert caught.value.refusal is Refusal.WAITING

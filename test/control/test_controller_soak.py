@@ -1,14 +1,12 @@
 """A shorter form of the soak of the controller: its laws under everything that can arrive."""
 
-from __future__ import annotations
-
 import pytest
 from soak import many, seed, some
 
 from benchmarks.judge import SCENARIOS, Findings
 from benchmarks.soak_controller import soak
 
-STEPS = many(4_500)
+STEPS = many(4_000)
 # At first one of each kind of motion, of plans, of machines and workspaces.
 CASES = (SCENARIOS[2], SCENARIOS[11], *SCENARIOS[:2], *SCENARIOS[3:11])
 

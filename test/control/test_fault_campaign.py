@@ -1,7 +1,5 @@
 """Every fault in every state: the machine rests inside its limits, and the documents tell it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

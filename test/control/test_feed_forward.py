@@ -1,7 +1,5 @@
 """Forces of setpoints, and their root mean square over a window."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

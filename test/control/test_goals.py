@@ -1,19 +1,11 @@
 """How goals end: once, truly, and for every reason that there is."""
 
-from __future__ import annotations
-
 import random
 
 import pytest
 from controller_rig import HOME, IN_POSITION, LIMITS, MACHINE, PERIOD, TARGET, Rig, ended
 
-from tri_glide_kinematics.control import (
-    CYCLES_UNTIL_TOLD,
-    IDLE,
-    MOVING,
-    Cause,
-    CommandRefusedError,
-)
+from tri_glide_kinematics.control import CYCLES_UNTIL_TOLD, IDLE, MOVING, Cause, CommandRefusedError
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind, PlatformPath
 from tri_glide_kinematics.motion.engine import Follow, GoalCode, Move, Outcome

@@ -1,7 +1,5 @@
 """The level of what is said of the controller: the worst of its state and of the last second."""
 
-from __future__ import annotations
-
 import pytest
 
 from tri_glide_kinematics.control import (

@@ -1,17 +1,9 @@
 """What is said of a target from the last setpoint on, until there is another one."""
 
-from __future__ import annotations
-
 import pytest
 from controller_rig import IN_POSITION
 
-from tri_glide_kinematics.control import (
-    CAUSE_OF,
-    Arrival,
-    Cause,
-    NewestTarget,
-    Reason,
-)
+from tri_glide_kinematics.control import CAUSE_OF, Arrival, Cause, NewestTarget, Reason
 from tri_glide_kinematics.motion.engine import Follow, GoalCode, Move
 
 BECAUSE = Reason(Cause.COMMAND, "because")

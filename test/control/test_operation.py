@@ -1,7 +1,5 @@
 """From where a machine can be led, and how that ends."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Goals that are paths: how they end, go on in one another, and give way to what is newer."""
 
-from __future__ import annotations
-
 import math
 import random
 

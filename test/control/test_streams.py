@@ -1,7 +1,5 @@
 """When twists are listened to, and when their silence ends a jog."""
 
-from __future__ import annotations
-
 import pytest
 
 from tri_glide_kinematics.control import (

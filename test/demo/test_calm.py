@@ -1,7 +1,5 @@
 """The demonstration of shapers measures how a platform comes to rest, and judges it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The demonstration's table tells a good run from one that missed a target or broke a limit."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

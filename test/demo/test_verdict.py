@@ -1,7 +1,5 @@
 """Whether a calibrated machine is judged as it should be, without any node."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

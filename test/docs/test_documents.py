@@ -1,7 +1,5 @@
 """What the documents say is what is there: links, code, commands, names."""
 
-from __future__ import annotations
-
 import re
 from importlib import import_module
 from importlib.util import find_spec

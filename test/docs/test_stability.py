@@ -91,8 +91,4 @@ def test_commands_are_those_that_are_installed():
     there = {file.name for file in (ROOT / "executables").iterdir()} - NOT_PROMISED
     launched = {file.name for file in (ROOT / "launch").glob("*.launch.py")}
     without_ros = set(COMMANDS)
-    assert lists("Commands") == {
-        "ros2 run": there,
-        "ros2 launch": launched,
-        PROGRAM: without_ros,
-    }
+    assert lists("Commands") == {"ros2 run": there, "ros2 launch": launched, PROGRAM: without_ros}

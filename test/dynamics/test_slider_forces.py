@@ -1,7 +1,5 @@
 """Forces against a constrained Lagrangian with all bodies in coordinates of their own."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

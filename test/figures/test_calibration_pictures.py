@@ -1,7 +1,5 @@
 """What is drawn of a calibration."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from calibration_samples import calibration

@@ -1,7 +1,5 @@
 """Labels cover neither each other nor what is drawn, as long as there is room."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The picture of a machine shows what its maps say."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The picture of a motion names what is marked, and its labels do not cover each other."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The action ~/move_to of ik_node: each way in which a goal can end, over real processes."""
 
-from __future__ import annotations
-
 import math
 import signal
 

@@ -1,7 +1,5 @@
 """The action ~/follow_path, target_path, ~/pause and ~/resume of ik_node, over real processes."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """What the response of a service tells of how it went."""
 
-from __future__ import annotations
-
 import pytest
 from std_srvs.srv import Trigger
 

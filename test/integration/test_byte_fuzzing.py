@@ -1,7 +1,5 @@
 """No bytes, on whatever topic, service or action of any node, end it or move anything."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 
 from rcl_interfaces.srv import ListParameters
@@ -36,10 +34,7 @@ def test_bytes_by_chance_end_no_node_and_move_nothing(
         if find_spec("viser"):
             alone.append("panel_node")
             launcher.start("panel_node", {"port": 0})
-        fuzzers = (
-            Fuzzer(client, led, but=("joint_commands",)),
-            Fuzzer(other, alone),
-        )
+        fuzzers = (Fuzzer(client, led, but=("joint_commands",)), Fuzzer(other, alone))
         found = {one.name.removeprefix(machine.namespace) for one in fuzzers[0].inputs}
         assert found > {
             "/joint_states",

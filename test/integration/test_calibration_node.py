@@ -3,8 +3,6 @@
 What ends or refuses a probe, and when, test/calibration/session/test_led_probes.py shows.
 """
 
-from __future__ import annotations
-
 import signal
 
 import pytest

@@ -1,7 +1,5 @@
 """What ends ik_node in motion ends it after a ramp, and no bytes end it at all."""
 
-from __future__ import annotations
-
 import signal
 
 import pytest

@@ -3,8 +3,6 @@
 ``benchmarks/soak_ends.py`` does the same for hundreds of clients.
 """
 
-from __future__ import annotations
-
 import pytest
 
 from testing.ends import WAYS, Delays, delays_alone, delays_beside_ends, run_in_real_time

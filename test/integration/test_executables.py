@@ -1,7 +1,5 @@
 """The executables themselves: how they end, and what they say about bad parameters."""
 
-from __future__ import annotations
-
 import os
 import runpy
 import signal

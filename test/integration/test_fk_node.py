@@ -1,7 +1,5 @@
 """fk_node as a process: poses and twists of a recorded slider path."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -68,14 +66,10 @@ def test_recorded_path_gives_the_poses_it_was_made_from(client, fk):
     fk.start(parameters)
     machine = TriGlide(CALIBRATED)
     order = [4, 2, 0, 1, 3]
-    for k in range(200):
-        t = 0.05 * k
+    for k in range(60):
+        t = 0.15 * k
         position = (0.08 * math.cos(t), 0.08 * math.sin(1.3 * t), 0.25 + 0.05 * math.sin(0.7 * t))
-        velocity = (
-            -0.08 * math.sin(t),
-            0.104 * math.cos(1.3 * t),
-            0.035 * math.cos(0.7 * t),
-        )
+        velocity = (-0.08 * math.sin(t), 0.104 * math.cos(1.3 * t), 0.035 * math.cos(0.7 * t))
         heights, rates = machine.inverse_velocity(position, velocity)
         names = ("slider_1", "slider_2", "slider_3", "gripper", "slider_10")
         heights, rates = (*heights, 0.01, 9.0), (*rates, 0.5, 9.0)
@@ -142,7 +136,6 @@ def test_impossible_measurements_give_a_reason_and_no_pose(fk, client):
     good = (0.6, 0.61, 0.62)
     bad = [
         ((0.1, 0.9, 0.5), {}, "do not meet"),
-        ((0.6, math.inf, 0.6), {"velocities": (0.0, 0.0, 0.0)}, "heights[1] = inf"),
         ((0.6, 0.6, 0.6), {"names": ("slider_1", "slider_2", "x")}, "lacks slider_3"),
     ]
     for second, (heights, others, reason) in enumerate(bad, 1):

@@ -1,18 +1,13 @@
 """Masses, force limits, a limit of the platform's speed, and the teach mode of a running node."""
 
-from __future__ import annotations
-
 import math
 
-import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from std_srvs.srv import SetBool
 
 from testing.client import values_of
-from testing.commands import KINEMATICS, PERIOD
-from testing.goals import GoalClient
-from tri_glide_interfaces.action import FollowPath
+from testing.commands import KINEMATICS
 from tri_glide_kinematics.control import TEACH_SPEED
 from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
 
@@ -194,27 +189,6 @@ def test_the_lower_one_of_teach_mode_and_speed_limit_holds(running_machine):
     wait_for_limit(machine, 0.4)
     assert 0.95 * 0.4 < speed_of_move(machine, LOW) <= 0.4 * (1.0 + ROUNDING)
     set_up(machine, platform_speed_limit=0.0)
-    wait_for_limit(machine, 0.0)
-
-
-def test_a_path_in_the_teach_mode_keeps_its_speed_by_the_places_of_the_setpoints(running_machine):
-    machine = running_machine
-    machine.move(LOW)
-    teach(machine, True)
-    wait_for_limit(machine, TEACH_SPEED)
-    machine.catch_up()
-    first = len(machine.commands)
-    goals = GoalClient(machine.client)
-    corners = [(0.1, 0.0, 0.2), (0.0, 0.1, 0.35), (-0.1, 0.0, 0.2), LOW]
-    result = goals.follow(corners, tolerances=[0.01, 0.01, 0.01, 0.0]).result()
-    goals.close()
-    assert result.code == FollowPath.Result.SUCCEEDED, result.text
-    machine.catch_up()
-    heights = [machine.heights(message) for message in machine.commands[first:]]
-    places = KINEMATICS.forward_batch(heights)
-    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / PERIOD
-    assert 0.95 * TEACH_SPEED < speeds.max() <= TEACH_SPEED * (1.0 + ROUNDING)
-    teach(machine, False)
     wait_for_limit(machine, 0.0)
 
 

@@ -1,7 +1,5 @@
 """Every node with height offsets: a pose that is commanded is the pose that is reached."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """ik_node as a process, with the simulator as its machine: targets, jogs, refusals, restarts."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

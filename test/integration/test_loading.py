@@ -1,7 +1,5 @@
 """A node loads no code once it controls a machine: its cycle would wait for that."""
 
-from __future__ import annotations
-
 import re
 
 from action_bench import NEAR, ActionBench

@@ -1,7 +1,5 @@
 """A path of thousands of segments is begun long before it is planned, and holds no cycle."""
 
-from __future__ import annotations
-
 import pytest
 
 from benchmarks.bench_goals import RATE, begin, circle

@@ -1,7 +1,5 @@
 """What RViz and Foxglove are shown of a machine."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from visualization_msgs.msg import Marker, MarkerArray

@@ -1,7 +1,5 @@
 """mechanism_node as a process: all services, asked well and badly; samples of docs/services.md."""
 
-from __future__ import annotations
-
 import math
 import random
 import re
@@ -13,11 +11,7 @@ import pytest
 from mechanism_requests import example_2, nose_gear, textbook, turn
 from message_filling import filled, interface
 
-from tri_glide_interfaces.msg import (
-    CrankSweep,
-    LandingGearMotion,
-    TraceEvent,
-)
+from tri_glide_interfaces.msg import CrankSweep, LandingGearMotion, TraceEvent
 from tri_glide_interfaces.srv import (
     SolveFMechanism,
     SolveFourBar,

@@ -1,7 +1,5 @@
 """What ik_node tells a few times a second: the machine as it is led, and as it is measured."""
 
-from __future__ import annotations
-
 import math
 import signal
 

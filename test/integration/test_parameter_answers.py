@@ -1,7 +1,5 @@
 """Each call that sets parameters is answered, with a reason where it sets nothing."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """Which sections are for a node is decided by ROS; here it is compared with what we tell of it."""
 
-from __future__ import annotations
-
 import pytest
 import rclpy
 from rclpy.context import Context

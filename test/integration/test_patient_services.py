@@ -1,7 +1,5 @@
 """Answers wait for clients that are not discovered in full; the node that gives them does not."""
 
-from __future__ import annotations
-
 import time
 
 from std_srvs.srv import SetBool

@@ -1,7 +1,5 @@
 """Faults that only real processes have, in every state: the documents tell what the machine did."""
 
-from __future__ import annotations
-
 import resource
 import signal
 from contextlib import contextmanager

@@ -4,8 +4,6 @@ They pass their tests with an ik_node whose texts are random letters: those of i
 of the results of goals. Tests of what people read are left out.
 """
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """What ik_node publishes, recorded as ROS 2 does, is judged without ROS."""
 
-from __future__ import annotations
-
 import numpy as np
 from mcap.writer import Writer
 from rclpy.serialization import serialize_message

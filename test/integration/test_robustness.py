@@ -1,7 +1,5 @@
 """Nodes that are killed, flooded and abused: none gives up, and none breaks a limit."""
 
-from __future__ import annotations
-
 import signal
 
 import pytest

@@ -1,7 +1,5 @@
 """A simulated machine that swings, as an accelerometer and the true pose show it."""
 
-from __future__ import annotations
-
 import signal
 
 import numpy as np

@@ -5,8 +5,6 @@ answer each call before the next one is made, if the computer is busy; and of th
 while a client does not look, it keeps ten.
 """
 
-from __future__ import annotations
-
 import pytest
 from rcl_interfaces.srv import GetParameters
 from shared_machine import shared_nodes

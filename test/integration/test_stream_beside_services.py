@@ -1,7 +1,5 @@
 """Whoever calls a service, and however new the client is: the streams of messages go on."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Streams of commands: the cycle goes on, jogs turn, moving targets are followed."""
 
-from __future__ import annotations
-
 import math
 import time
 
@@ -177,30 +175,6 @@ def test_a_state_without_a_meaning_is_refused_and_nothing_moves(
 
     client.wait_for(refused, "the refusal")
     assert machine.state == "idle"
-
-
-def test_a_target_that_leaves_the_workspace_is_waited_for(running_machine):
-    machine, client = running_machine, running_machine.client
-    offset = [0.0]
-    timer = client.node.create_timer(INTERVAL, lambda: client.send_state((offset[0], 0.0, HEIGHT)))
-    machine.wait_for_state("tracking")
-    # Beyond the reach of an arm, and back.
-    offset[0] = 0.5
-    client.wait_for(lambda: machine.cause is Cause.EDGE, "the edge")
-    assert "held at the edge" in machine.reason
-    client.wait_for(lambda: not any(machine.commands[-1].velocity), "rest")
-    assert machine.state == "tracking"
-    offset[0] = 0.03
-    client.wait_for(
-        lambda: (
-            math.dist(KINEMATICS.forward(machine.commands[-1].position), (0.03, 0.0, HEIGHT)) < 1e-6
-        ),
-        "the machine at the target",
-    )
-    assert machine.cause is Cause.COMMAND
-    timer.cancel()
-    machine.wait_for_state("idle")
-    assert_within_limits(machine)
 
 
 def test_two_senders_are_told_of(running_machine, ros_context):

@@ -16,12 +16,7 @@ from testing.domain import set_transport
 from testing.forks import ForkedNodes
 from testing.machine import Machine
 from testing.processes import TIMEOUT, launched
-from tri_glide_kinematics.ros.starting import (
-    CELL,
-    COMPUTER,
-    MIDDLEWARE_VARIABLES,
-    VARIABLE,
-)
+from tri_glide_kinematics.ros.starting import CELL, COMPUTER, MIDDLEWARE_VARIABLES, VARIABLE
 
 LISTENER = """
 import sys, rclpy

@@ -1,7 +1,5 @@
 """ik_node and simulator_node on two hosts: network namespaces that an ordinary user may make."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

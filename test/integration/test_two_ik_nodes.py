@@ -1,7 +1,5 @@
 """Two ik_nodes on one set of topics: each names the other, and at most one leads."""
 
-from __future__ import annotations
-
 import signal
 
 from sensor_msgs.msg import JointState

@@ -1,7 +1,5 @@
 """A wall clock that is set, back and forth, neither holds a node nor changes a motion."""
 
-from __future__ import annotations
-
 import pytest
 import yaml
 from rcl_interfaces.srv import ListParameters

@@ -4,8 +4,6 @@ It has to run in a network and mount namespace of its own, where it is root: thi
 ``ik_node`` and of the client. A second network namespace is the host of the simulator.
 """
 
-from __future__ import annotations
-
 import subprocess
 import time
 

@@ -1,7 +1,5 @@
 """Mechanism files: those in config/ hold the sources' mechanisms, and mistakes are named."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

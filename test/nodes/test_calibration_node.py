@@ -1,7 +1,5 @@
 """Numbers of requests have the bounds of the parameters that they take the place of."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

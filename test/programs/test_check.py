@@ -1,7 +1,5 @@
 """The proof of a whole program, and the time that it tells."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from motion_machine import DT, LIMITS, MACHINE, WORKSPACE, engine, place, run_to_rest

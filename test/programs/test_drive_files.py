@@ -1,7 +1,5 @@
 """Files to be driven: what they mean, and what is wrong with others."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -97,11 +95,7 @@ def line_to(*place):
 
 WRONG = {
     "no steps": ((), {}, "steps: is [], must be a list of one entry at least"),
-    "unknown step": (
-        ({"fly": {}},),
-        {},
-        "step 1: has fly, must have one of move, path, wait",
-    ),
+    "unknown step": (({"fly": {}},), {}, "step 1: has fly, must have one of move, path, wait"),
     "two in one": (({**HOME, "wait": {}},), {}, "step 1: has move, wait, must have one of"),
     "no keys": ((HOME, {"wait": 3}), {}, "step 2 (wait): is 3, must be keys with values"),
     "no place": (({"move": {}},), {}, "step 1 (move), to: is missing"),

@@ -1,7 +1,5 @@
 """What a drive prints."""
 
-from __future__ import annotations
-
 import io
 
 from tri_glide_kinematics.programs import (

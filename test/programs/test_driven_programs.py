@@ -1,7 +1,5 @@
 """Random programs are driven within their tolerances, and tell each output at its place."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from soak import some

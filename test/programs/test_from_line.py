@@ -1,7 +1,5 @@
 """The rest of a program from a line on is the tail of the whole program, as it has been set up."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """What lines of G-code mean, and what is said of those that mean nothing."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

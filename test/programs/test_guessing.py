@@ -1,7 +1,5 @@
 """The dialect that a program shows."""
 
-from __future__ import annotations
-
 import pytest
 
 from tri_glide_kinematics.programs import Dialect, ProgramSettings, read_program

@@ -1,7 +1,5 @@
 """What is kept on disk of how far a program came."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

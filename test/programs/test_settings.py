@@ -1,7 +1,5 @@
 """Settings of programs, in a file and from Python."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The whole motion of a file, from one call."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -105,8 +103,7 @@ def test_what_cannot_be_driven_is_told(tmp_path):
         time_steps(program, WORKSPACE, LIMITS)
     assert told.value.line == 2
     drive = drive_file(
-        tmp_path,
-        "- move: {to: [0, 0, 0.2]}\n- path: {segments: [{line: {to: [0, 0, 2.0]}}]}\n",
+        tmp_path, "- move: {to: [0, 0, 0.2]}\n- path: {segments: [{line: {to: [0, 0, 2.0]}}]}\n"
     )
     with pytest.raises(PathPlaceError):
         time_steps(drive, WORKSPACE, LIMITS)

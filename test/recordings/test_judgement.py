@@ -279,9 +279,16 @@ FORCE = ForceLimits(SliderForces(MACHINE, MASSES), (45.0,) * 3, (20.0,) * 3)
 @pytest.mark.parametrize(
     ("seed", "is_shaped", "added"),
     [
-        (0, True, (FORCE,)),
         (1, False, (SPEED, FORCE)),
-        *some([(0, True, ()), (1, False, ()), *product(range(2, 20), (False, True), [()])], 2),
+        *some(
+            [
+                (0, True, ()),
+                (0, True, (FORCE,)),
+                (1, False, ()),
+                *product(range(2, 20), (False, True), [()]),
+            ],
+            1,
+        ),
     ],
 )
 @pytest.mark.parametrize("drive", DRIVES, ids=lambda drive: drive.__name__)

@@ -1,7 +1,5 @@
 """Setpoints come back from files as they were, and what is no recording is told."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

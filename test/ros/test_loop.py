@@ -1,7 +1,5 @@
 """The loop of a node: punctual, never held up, and it hears of everything, whatever happens."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import signal

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 import struct
 
@@ -13,12 +11,7 @@ from rclpy.duration import Duration
 from rclpy.time import Time
 from soak import many
 
-from tri_glide_kinematics.errors import (
-    KinematicsError,
-    NotFiniteError,
-    OutOfBoundsError,
-    Refusal,
-)
+from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, OutOfBoundsError, Refusal
 from tri_glide_kinematics.ros.messages import (
     RefusedMessageError,
     age_of_target,

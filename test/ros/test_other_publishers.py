@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from tri_glide_kinematics.ros.other_publishers import UNNAMED, other_publishers
@@ -36,9 +34,7 @@ def test_two_outputs_on_one_topic_are_both_ours():
 
 def test_each_other_node_is_named_once_for_each_topic():
     text = other_publishers(
-        ME,
-        {COMMANDS: 1, ARRAYS: 1},
-        {COMMANDS: ["/b", ME, "/a", "/a"], ARRAYS: [ME, "/a"]},
+        ME, {COMMANDS: 1, ARRAYS: 1}, {COMMANDS: ["/b", ME, "/a", "/a"], ARRAYS: [ME, "/a"]}
     )
     assert text.startswith(
         "/a publishes /cell/joint_commands, /b publishes /cell/joint_commands, "

@@ -1,7 +1,5 @@
 """Planning ends before a piece that would last too long."""
 
-from __future__ import annotations
-
 from tri_glide_kinematics.ros.loop import FORGETTING, PlanningTime
 
 END = 1.0  # s

@@ -118,10 +118,7 @@ def test_a_second_run_does_nothing() -> None:
         pytest.fail("run by hand? `make test` makes the environment first")
     before = (ROOT / "install" / "made_from").stat().st_mtime_ns
     done = subprocess.run(
-        [str(ROOT / "scripts" / "make_env.sh")],
-        capture_output=True,
-        text=True,
-        timeout=60,
+        [str(ROOT / "scripts" / "make_env.sh")], capture_output=True, text=True, timeout=60
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert (ROOT / "install" / "made_from").stat().st_mtime_ns == before

@@ -1,7 +1,5 @@
 """Arguments of a node: those that have no meaning are named, with the right one beside them."""
 
-from __future__ import annotations
-
 import pytest
 
 from tri_glide_kinematics.settings import FK_NODE, check_arguments, help_text, help_wanted, in_words

@@ -1,7 +1,5 @@
 """The tables of the nodes: defaults that are valid, and a parameter file that fits them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Values of parameters become geometry, limits and bounds, or are refused as a set."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -223,7 +221,7 @@ REFUSED = {
         (
             {"lower_heights": (0.3, 0.9, 0.3)},
             "lower_heights[1] = 0.9 m must be less than upper_heights[1] = 0.9 m",
-        ),
+        )
     ],
     check_joint_names: [
         ({"joint_names": ("a", "b", "a")}, "three different names"),

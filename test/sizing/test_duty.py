@@ -1,7 +1,5 @@
 """Duty cycles, and the parameter file of a machine."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Inscribed cylinders against halving on the exact conditions."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -9,12 +7,7 @@ import pytest
 from soak import many, some
 from strategies import is_inside
 
-from tri_glide_kinematics.sizing import (
-    NoCylinderError,
-    extents,
-    inscribed_height,
-    inscribed_radius,
-)
+from tri_glide_kinematics.sizing import NoCylinderError, extents, inscribed_height, inscribed_radius
 from tri_glide_kinematics.sizing.fields import Cells
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits

@@ -1,7 +1,5 @@
 """Quantities at places against their definitions, and bounds against the places around."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The largest value over a volume, against places everywhere in it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The compiled batch functions give what the others give; without numba, the others do it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """By how much heights pass the limits is what the workspace says of each of them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The outline of a workspace: its lines lie on the edge, and nowhere else."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How far the sliders may go from a place on any path, and paths that are proved in few samples."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

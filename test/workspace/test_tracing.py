@@ -1,7 +1,5 @@
 """The proof of a path between samples, on paths whose nearest place to the edge is known."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

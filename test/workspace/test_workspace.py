@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -7,14 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from soak import many
-from strategies import (
-    DEFAULT_LIMITS,
-    accepts,
-    is_inside,
-    nudged,
-    random_geometry,
-    random_positions,
-)
+from strategies import DEFAULT_LIMITS, accepts, is_inside, nudged, random_geometry, random_positions
 
 from tri_glide_kinematics.errors import (
     KinematicsError,
@@ -133,7 +124,7 @@ def test_segments_against_dense_samples(workspace):
     rng = np.random.default_rng(2)
     fractions = np.linspace(0.0, 1.0, 501)[:, None]
     counts = {True: 0, False: 0}
-    for start in inside_positions(workspace, rng, many(100)):
+    for start in inside_positions(workspace, rng, many(60)):
         end = (start + rng.normal(0.0, 0.1, 3)).tolist()
         line = start + fractions * np.subtract(end, start)
         length = math.dist(start, end)
@@ -155,7 +146,7 @@ def test_segments_against_dense_samples(workspace):
         else:
             counts[True] += 1
             assert inside.all()
-    assert min(counts.values()) > 15
+    assert min(counts.values()) > 5
 
 
 @pytest.mark.parametrize("across", [0.2, 0.01, 1e-3, 1e-4])
@@ -245,7 +236,7 @@ def test_paths_against_dense_samples(workspace):
     rng = np.random.default_rng(4)
     machine = workspace.machine
     counts = {True: 0, False: 0}
-    points = [machine.inverse(p) for p in inside_positions(workspace, rng, many(60))]
+    points = [machine.inverse(p) for p in inside_positions(workspace, rng, many(30))]
     for start, end in pairwise(points):
         duration = rng.uniform(0.1, 2.0)
         sideways = rng.normal(size=3) * rng.choice([0.0, 0.02, 0.1])
@@ -273,7 +264,7 @@ def test_paths_against_dense_samples(workspace):
         else:
             counts[True] += 1
             assert depths.max() < 10.0 * TOLERANCE
-    assert min(counts.values()) > 3
+    assert min(counts.values()) > 1
 
 
 def test_condition_field_vouches_for_its_surroundings():

@@ -1,21 +1,11 @@
 """Calibrations of machines that are known: found, left as assumed, and the same again."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from soak import many
 from strategies import nudged
 
-from testing.wrong_machines import (
-    IN_RINGS,
-    NOMINAL,
-    PLACES,
-    TOUCH,
-    WRONG_BY,
-    WrongMachine,
-    drawn,
-)
+from testing.wrong_machines import IN_RINGS, NOMINAL, PLACES, TOUCH, WRONG_BY, WrongMachine, drawn
 from tri_glide_kinematics import calibrate
 from tri_glide_kinematics.calibration.fit import (
     PARAMETER_NAMES,
@@ -97,12 +87,7 @@ def test_the_same_data_again_change_nothing():
     touches, distances = machine.touches(rng), machine.one_distance(rng)
     first = calibrate(GEOMETRY, touches, (), distances, WRONG_BY)
     again = calibrate(
-        first.geometry,
-        touches,
-        (),
-        distances,
-        first.priors,
-        height_offsets=first.height_offsets,
+        first.geometry, touches, (), distances, first.priors, height_offsets=first.height_offsets
     )
     np.testing.assert_array_equal(again.machine.vector, first.machine.vector)
     # Without priors the result itself is what is assumed the next time: below a hundredth of what

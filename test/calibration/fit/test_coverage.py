@@ -1,7 +1,5 @@
 """The intervals that are told hold the truth."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -10,13 +8,7 @@ from soak import some
 
 from testing.calibration_coverage import CASES, changed, coverage, seven_touches
 from testing.wrong_machines import NOMINAL, RADIUS, TOUCH, WRONG_BY, drawn, ring
-from tri_glide_kinematics.calibration.fit import (
-    MachineParameters,
-    Plate,
-    Priors,
-    Touch,
-    calibrate,
-)
+from tri_glide_kinematics.calibration.fit import MachineParameters, Plate, Priors, Touch, calibrate
 from tri_glide_kinematics.tri_glide import TriGlide
 
 GEOMETRY = NOMINAL.geometry

@@ -1,7 +1,5 @@
 """Bad data get a clear word before anything is fitted."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Directions get the name of what they are."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -32,11 +30,7 @@ def test_a_direction_without_a_name_says_what_it_changes():
 
 
 @pytest.mark.parametrize(
-    "name",
-    [
-        "the common scale of anchors and arms",
-        "the size of the anchors' triangle",
-    ],
+    "name", ["the common scale of anchors and arms", "the size of the anchors' triangle"]
 )
 def test_sizes_hold_the_platform_in_the_middle(name):
     heights = np.array([TriGlide(NOMINAL.geometry).inverse((0.0, 0.0, 0.1))])

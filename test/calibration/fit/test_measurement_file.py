@@ -1,7 +1,5 @@
 """Files of measurements: there and back, and what is wrong with others."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

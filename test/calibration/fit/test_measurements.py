@@ -1,7 +1,5 @@
 """Numbers of measurements, priors and machines are checked where they are made."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Predicted measurements, and their derivatives against finite differences."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from strategies import random_geometry, random_positions

@@ -1,19 +1,9 @@
 """The measurements that are proposed: inside, possible, and worth it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from testing.wrong_machines import (
-    DISTANCE,
-    NOMINAL,
-    POSITION,
-    RADIUS,
-    TOUCH,
-    WRONG_BY,
-    drawn,
-)
+from testing.wrong_machines import DISTANCE, NOMINAL, POSITION, RADIUS, TOUCH, WRONG_BY, drawn
 from tri_glide_kinematics.calibration.fit import (
     CalibrationError,
     Distance,

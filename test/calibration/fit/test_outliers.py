@@ -1,7 +1,5 @@
 """Measurements that contradict the others are named, and those that agree are not."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from soak import some

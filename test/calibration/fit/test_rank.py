@@ -1,7 +1,5 @@
 """How many of the twelve parameters each kind of data determines: docs/calibration_theory.md."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from strategies import random_geometry

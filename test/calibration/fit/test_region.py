@@ -1,7 +1,5 @@
 """The disc over which positions are judged, and the motion that counts as no error there."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from strategies import random_geometry

@@ -1,7 +1,5 @@
 """What a calibration says of itself: its standard deviations, and what its priors deny."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

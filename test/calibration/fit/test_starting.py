@@ -1,7 +1,5 @@
 """Where a fit begins: frames and plates as the nominal machine would have seen them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Calibrations of many wrong machines: the truth lies where the result says, and near."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import chi2

@@ -1,7 +1,5 @@
 """Modes from the swings behind several moves."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

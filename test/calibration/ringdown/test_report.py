@@ -1,7 +1,5 @@
 """A ring-down in words, and as a parameter file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

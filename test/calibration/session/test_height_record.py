@@ -1,7 +1,5 @@
 """Measured heights of the last seconds."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

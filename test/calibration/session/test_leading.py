@@ -1,16 +1,10 @@
 """Those who ask for the machine go on one by one."""
 
-from __future__ import annotations
-
 from concurrent.futures import Future
 
 import pytest
 
-from tri_glide_kinematics.calibration.session import (
-    Delivery,
-    Leading,
-    LeadingError,
-)
+from tri_glide_kinematics.calibration.session import Delivery, Leading, LeadingError
 
 HEIGHTS = (0.6, 0.61, 0.62)
 

@@ -1,7 +1,5 @@
 """Probes that lead a controller down to a plate and back, in the time of its cycles."""
 
-from __future__ import annotations
-
 import re
 from itertools import pairwise
 

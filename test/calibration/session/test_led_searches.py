@@ -1,7 +1,5 @@
 """Searches for modes that lead a controller with a swing behind it, in the time of its cycles."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """From a file's content to a calibration, and to places that the machine can reach."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

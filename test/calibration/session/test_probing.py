@@ -1,7 +1,5 @@
 """A probe against a platform that does as it is told, and against all that can come between."""
 
-from __future__ import annotations
-
 import pytest
 
 from tri_glide_kinematics.calibration.session import (

@@ -1,7 +1,5 @@
 """What a calibration says in words, and the parameter file that it writes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,16 +1,9 @@
 """The list of measurements as a user makes it."""
 
-from __future__ import annotations
-
 import pytest
 from full_disk import full_disk
 
-from tri_glide_kinematics.calibration.fit import (
-    MachineParameters,
-    Plate,
-    Priors,
-    load_measurements,
-)
+from tri_glide_kinematics.calibration.fit import MachineParameters, Plate, Priors, load_measurements
 from tri_glide_kinematics.calibration.session import (
     Deviations,
     RecordingError,

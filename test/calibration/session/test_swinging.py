@@ -1,7 +1,5 @@
 """Decisions of a search for modes, fed by hand."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

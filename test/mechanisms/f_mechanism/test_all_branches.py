@@ -1,16 +1,10 @@
 """The overview of the F-mechanism: every branch once, as a connected curve."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
-from f_mechanism_samples import (
-    bifurcating_mechanism,
-    example_1,
-    example_2,
-)
+from f_mechanism_samples import bifurcating_mechanism, example_1, example_2
 from soak import many
 from strategies import nudged
 

@@ -3,8 +3,6 @@
 The other count is by Sturm's theorem in fractions, without rounding.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

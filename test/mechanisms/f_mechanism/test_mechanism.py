@@ -1,7 +1,5 @@
 """Positions of the F-mechanism: all of them, exact, and nothing else."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

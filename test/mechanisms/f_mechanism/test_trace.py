@@ -1,7 +1,5 @@
 """Following branches of the F-mechanism: never a jump, every turning point, always back."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is drawn does not hang on the last bits of numbers that are equal or zero."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -7,11 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from f_mechanism_samples import bifurcating_mechanism
-from figure_checks import (
-    assert_equal_scales,
-    lines_labelled,
-    without_gaps,
-)
+from figure_checks import assert_equal_scales, lines_labelled, without_gaps
 from strategies import nudged
 
 from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism

@@ -1,7 +1,5 @@
 """The description of a drawing, and what the writer of files makes of it."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Jogs and stops of the motion engine."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from motion_machine import (

@@ -29,24 +29,18 @@ from motion_machine import (
     run,
     run_to_rest,
 )
-from soak import combined, many, some
+from soak import combined, corners, many, some
 from strategies import DEFAULT_LIMITS
 
 from benchmarks import followed as bench
 from benchmarks.judge import LIMITS as SOAKED_LIMITS
 from benchmarks.judge import WIDE
 from benchmarks.soak_follow import Case, driven
-from testing.plain_follower import (
-    dead,
-    forth_and_back,
-    gentle,
-    most_beyond,
-    places_of_plain_follower,
-)
+from testing.plain_follower import dead, forth_and_back, gentle
 from testing.swing_behind import swing
 from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import LimitUse, MotionEngine, MotionKind, MotionPhase
+from tri_glide_kinematics.motion import LimitUse, MotionEngine, MotionPhase
 from tri_glide_kinematics.motion.limits import (
     AT_REST,
     ForceLimits,
@@ -70,7 +64,7 @@ TOLD = 0.02
 # Where a target is at a time [s], and how fast it moves: [m], [m/s].
 Target = Callable[[float], tuple[tuple, tuple]]
 
-each_shaper = pytest.mark.parametrize("shaper", [None, SHAPER], ids=["plain", "shaped"])
+each_shaper_and_mode = corners("shaper, in_pieces", (None, SHAPER), (False, True))
 
 
 def resting(in_pieces: bool = True, shaper: Shaper | None = None, **options) -> RecordedEngine:
@@ -134,8 +128,7 @@ def slow_circle(time: float) -> tuple[tuple, tuple]:
     return circle(time, 0.03, 0.5)
 
 
-@each_mode
-@each_shaper
+@each_shaper_and_mode
 def test_a_jog_that_turns_needs_no_plan_becomes_straight_and_rests_at_the_edge(shaper, in_pieces):
     moving = jogging(in_pieces, shaper)
     number = moving.plan_number
@@ -227,9 +220,8 @@ def test_limits_come_in_force_while_a_jog_goes_on(in_pieces):
     assert moving.kept_limits
 
 
-@each_mode
-def test_lower_limits_come_in_force_while_a_target_is_followed(in_pieces):
-    moving = resting(in_pieces, SHAPER)
+def test_lower_limits_come_in_force_while_a_target_is_followed():
+    moving = resting(shaper=SHAPER)
     followed(moving, conveyor, 0.5)
     # So low that the machine has to slow down first: the platform moves faster than that.
     lower = SliderLimits.uniform(0.02, 5.0, 100.0)
@@ -240,21 +232,13 @@ def test_lower_limits_come_in_force_while_a_target_is_followed(in_pieces):
     followed(moving, conveyor, 0.2, 0.8)
     assert moving.limit_use(lower, slow).is_within
     moving.set_limits(LIMITS)
-    followed(moving, lambda _: (OTHER, AT_REST), 1.2)
+    followed(moving, lambda _: (OTHER, AT_REST), 0.9)
     assert moving.limits == LIMITS
     assert place(moving) == pytest.approx(OTHER, abs=1e-9)
     assert moving.kept_limits
 
 
-@each_mode
-@pytest.mark.parametrize(
-    ("kind", "shaper"),
-    [
-        *((kind, None) for kind in MotionKind),
-        *((MotionKind.SLIDER, shaper) for shaper in (SHAPER, TWO_MODES)),
-    ],
-    ids=("sliders", "line", "one mode", "two modes"),
-)
+@corners("kind, shaper, in_pieces", KINDS, (None, SHAPER, TWO_MODES), (False, True))
 def test_a_target_on_a_line_is_caught_up_with_and_followed_without_a_lag(kind, shaper, in_pieces):
     moving = resting(in_pieces, shaper, kind=kind)
     away = errors(followed(moving, conveyor, 1.0), conveyor)
@@ -263,10 +247,9 @@ def test_a_target_on_a_line_is_caught_up_with_and_followed_without_a_lag(kind, s
     assert moving.kept_limits
 
 
-@each_mode
-def test_on_a_circle_the_delay_is_led_and_the_error_told(in_pieces):
-    moving = resting(in_pieces, SHAPER)
-    away = errors(followed(moving, slow_circle, 2.0), slow_circle)
+def test_on_a_circle_the_delay_is_led_and_the_error_told():
+    moving = resting(shaper=SHAPER)
+    away = errors(followed(moving, slow_circle, 1.5), slow_circle)
     # The delay is 3 mm of the way; led with a steady velocity, 0.5 mm would be left.
     assert math.hypot(*slow_circle(0.0)[1]) * SHAPER.delay > 2.9e-3
     assert away[round(0.8 / DT) :].max() < 1.5e-4
@@ -275,26 +258,7 @@ def test_on_a_circle_the_delay_is_led_and_the_error_told(in_pieces):
     assert moving.kept_limits
 
 
-def test_a_target_on_a_circle_is_followed_by_rare_and_late_reports():
-    moving = resting()
-    rng = np.random.default_rng(8)
-    errors = []
-    due = 0.0
-    for step in range(1250):
-        now = step * DT
-        if now >= due:
-            seen = due
-            due += 1.0 / 30.0
-            late = float(rng.uniform(0.0, 0.005))
-            moving.track(*circle(seen - late), age=now - seen + late)
-        run(moving, DT, pieces=1)
-        errors.append(math.dist(place(moving), circle(now + DT)[0]))
-    assert max(errors[500:]) < 1e-3
-    assert moving.kept_limits
-
-
-@each_mode
-@each_shaper
+@each_shaper_and_mode
 def test_a_target_that_leaves_the_workspace_is_waited_for(shaper, in_pieces):
     moving = resting(in_pieces, shaper)
     half, farthest = 1.4, 0.3
@@ -396,7 +360,7 @@ def test_however_large_or_small_numbers_are_the_motion_goes_on_within_limits(
         followed(moving, lambda _: (CENTRE, (0.0, 0.0, 0.1)), 0.05)
         with suppress(KinematicsError):
             command()
-        assert np.isfinite(run(moving, 0.1)).all()
+        assert np.isfinite(run(moving, 0.05)).all()
     moving.stop()
     run_to_rest(moving, longest=1.0)
     assert_rests_at(moving, place(moving))
@@ -422,28 +386,10 @@ def test_a_target_that_ends_is_overshot_hardly_more_than_by_a_plain_follower(
     motion, way, duration, told
 ):
     """It does what the sliders cannot do, and rests: the platform is late, and does not dive."""
-    period, rested, after = 0.002, 0.05, 0.8
     way = np.array(way)
     start = np.array((0.0, 0.0, 0.3)) - 0.5 * way
-    reports = []
-    for number in range(round((rested + 2.0 * duration + after) / told)):
-        part, speed = motion((number * told - rested) / duration)
-        reports.append((number * told, start + part * way, speed / duration * way))
-    moving = engine(heights=MACHINE.inverse(start), in_pieces=True)
-    waiting, places = list(reports), []
-    for cycle in range(round((rested + 2.0 * duration + after) / period)):
-        while waiting and waiting[0][0] <= cycle * period + 1e-9:
-            time, position, velocity = waiting.pop(0)
-            moving.track(position, velocity, cycle * period - time)
-        moving.step(period)
-        moving.work(lambda: True)
-        places.append(place(moving))
-    plain = places_of_plain_follower(reports, len(places) * period, period)
-    stroke = float(np.linalg.norm(way))
-    allowed = max(most_beyond(plain, start, way), 0.0) + 1e-4 + 0.02 * stroke
-    assert most_beyond(np.array(places), start, way) < allowed
-    end = start + motion(math.inf)[0] * way
-    assert places[-1] == pytest.approx(end, abs=1e-9)
+    case = Case(motion, start, way, duration, told, 0.002, WORKSPACE, LIMITS)
+    assert driven(case).ratio < 1.0
 
 
 CARRIAGES = (1.0, 1.0, 1.0)
@@ -525,10 +471,15 @@ def test_a_target_on_a_circle_is_caught_up_with_from_rest():
 @pytest.mark.parametrize(
     ("radius", "turns", "told", "noise", "jerk", "fast", "error"),
     [
-        (0.02, 1.0, 0.01, (0.0, 0.0), 1.4, 3e-3, 2.5e-5),
-        (0.03, 0.5, 0.01, (0.0, 0.0), 1.6, 3e-3, 2.5e-5),
-        (0.02, 1.0, 1.0 / 30.0, (0.0, 0.0), 2.5, 5e-3, 5e-5),
-        (0.02, 1.0, 0.01, (1e-5, 0.0), 1.5, 5e-3, 2.5e-5),
+        *some(
+            [
+                (0.02, 1.0, 0.01, (0.0, 0.0), 1.4, 3e-3, 2.5e-5),
+                (0.02, 1.0, 1.0 / 30.0, (0.0, 0.0), 2.5, 5e-3, 5e-5),
+                (0.03, 0.5, 0.01, (0.0, 0.0), 1.6, 3e-3, 2.5e-5),
+                (0.02, 1.0, 0.01, (1e-5, 0.0), 1.5, 5e-3, 2.5e-5),
+            ],
+            2,
+        ),
         (0.02, 1.0, 0.01, (1e-4, 0.0), 4.0, 3e-2, 2e-4),
         # Positions tell how fast it is where velocities are noise.
         (0.02, 1.0, 0.01, (0.0, 2e-3), 1.4, 3e-3, 2.5e-5),
@@ -672,7 +623,7 @@ def random_run(
     combined((MACHINE, UNEQUAL), (SHAPER, TWO_MODES), (False, True)),
 )
 def test_however_a_target_moves_the_limits_hold(machine, shaper, in_pieces):
-    use = random_run(machine, shaper, 5, in_pieces, many(800))
+    use = random_run(machine, shaper, 10, in_pieces, many(400))
     assert use.is_within
     assert use.largest[1] > 0.7
 
@@ -691,7 +642,7 @@ def test_they_would_not_without_the_proof(monkeypatch):
 def test_what_is_followed_in_long_steps_is_as_calm_as_it_is_itself(shaper, added):
     """Each step was on the target at its end, with 15 to 76 times the jerk of the ideal motion."""
     moving = resting(shaper=shaper, period=FINE, limits=LIMITS.with_added(*added))
-    heights = followed(moving, slow_circle, 3.0)
+    heights = followed(moving, slow_circle, 2.0)
     ideal = np.array([MACHINE.inverse(slow_circle(step * FINE)[0]) for step in range(len(heights))])
     calm = bench.calm_of(heights[1000:], ideal[1000:], 0.02, 0.0)
     assert 0.9 < calm.jerk < 1.4
@@ -703,7 +654,7 @@ def test_what_is_followed_in_long_steps_is_as_calm_as_it_is_itself(shaper, added
 def test_a_twist_that_turns_is_led_by_a_long_step_and_the_delay():
     """It lagged by 52 ms."""
     moving, lags = resting(shaper=SHAPER), []
-    for step in range(1500):
+    for step in range(1000):
         if step % round(TOLD / DT) == 0:
             moving.jog(slow_circle(step * DT)[1])
         run(moving, DT)
@@ -724,8 +675,17 @@ def test_a_shaper_takes_most_of_the_swing_out_of_following():
     assert left[1] < 0.1 * left[0]
 
 
-@each_mode
-@pytest.mark.parametrize(("step", "seconds"), [(0.0005, 1.5), (0.03, 6.0), (0.1, 12.0)])
+@pytest.mark.parametrize(
+    ("step", "seconds", "in_pieces"),
+    # In pieces some of the steps are waited in.
+    [
+        (0.0005, 1.3, True),
+        (0.03, 2.5, False),
+        (0.1, 4.0, False),
+        (0.03, 6.0, True),
+        (0.1, 12.0, True),
+    ],
+)
 def test_it_ends_on_the_target_whatever_the_steps_of_the_engine_are(step, seconds, in_pieces):
     moving = resting(in_pieces, SHAPER)
     for number in range(round(seconds / step)):

@@ -9,14 +9,7 @@ import pytest
 from motion_machine import DT, MACHINE, each_kind, engine, place, run, run_to_rest
 from soak import many
 
-from benchmarks.edge_jogs import (
-    ROUNDING,
-    is_met,
-    measure,
-    overrun,
-    random_heights,
-    random_twist,
-)
+from benchmarks.edge_jogs import ROUNDING, is_met, measure, overrun, random_heights, random_twist
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionPhase, NoRoomError
 

@@ -17,7 +17,6 @@ from motion_machine import (
     RecordedEngine,
     assert_rests_at,
     each_kind,
-    each_mode,
     engine,
     platform_velocity,
     run,
@@ -25,6 +24,7 @@ from motion_machine import (
     stormed,
     within,
 )
+from soak import some
 
 from tri_glide_kinematics.motion import (
     MotionKind,
@@ -58,7 +58,8 @@ def begun(seconds: float, kind: MotionKind = MotionKind.SLIDER) -> RecordedEngin
 
 
 @each_kind
-@each_mode
+@pytest.mark.slow
+@pytest.mark.parametrize("in_pieces", some((True, False), 1))
 def test_whatever_is_commanded_the_limits_hold(kind, in_pieces):
     moving = shaped(kind, in_pieces=in_pieces)
     plans = moving.plan_number
@@ -260,10 +261,7 @@ def test_a_jog_in_another_direction_is_calm(kind):
 
 @pytest.mark.parametrize(
     ("start", "end"),
-    [
-        ((0.16, 0.08, 0.4), (-0.01, -0.03, 0.31)),
-        ((0.14, 0.07, 0.33), (-0.1, -0.04, 0.27)),
-    ],
+    [((0.16, 0.08, 0.4), (-0.01, -0.03, 0.31)), ((0.14, 0.07, 0.33), (-0.1, -0.04, 0.27))],
 )
 def test_a_plan_from_rest_is_proved_from_its_start_however_long_that_takes(start, end, monkeypatch):
     # Nothing is left to the shaper, so that the first plan exceeds limits.

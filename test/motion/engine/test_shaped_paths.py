@@ -129,7 +129,7 @@ def test_the_trajectory_without_an_engine_keeps_the_same():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", some(range(12), 6))
+@pytest.mark.parametrize("seed", some(range(12), 4))
 def test_no_tolerance_makes_a_path_take_much_longer_than_stops_in_its_corners(seed):
     chance = np.random.default_rng(seed)
     mode = Mode(math.exp(chance.uniform(math.log(4.0), math.log(40.0))), 0.03)
@@ -161,11 +161,11 @@ def test_a_corner_stops_only_where_that_is_quicker():
 
 
 def test_a_long_shaped_motion_beside_an_edge_is_proved_to_be_inside():
-    slow = around((5.0, 0.0, 0.0), (5.0, 5.0, 0.0), tolerance=5e-5, speed=1e-3)
+    slow = around((2.5, 0.0, 0.0), (2.5, 2.5, 0.0), tolerance=5e-5, speed=1e-3)
     fast = SliderLimits.uniform(1.0, 40.0, 1000.0)
     highest = START[2] + 1e-5
     flat = replace(WORKSPACE.limits, box_lower=(-1.0, -1.0, 0.0), box_upper=(1.0, 1.0, highest))
-    assert time_path(slow, Workspace(MACHINE, flat), fast, SHAPER).duration > 9.0
+    assert time_path(slow, Workspace(MACHINE, flat), fast, SHAPER).duration > 4.5
 
 
 def test_at_a_corner_without_tolerance_the_shaper_becomes_empty():
@@ -239,7 +239,7 @@ def test_it_may_be_extended_in_motion_at_its_end_and_after_a_change_of_shaper():
 
 
 @pytest.mark.slow
-@each_mode
+@pytest.mark.parametrize("in_pieces", some((True, False), 1))
 def test_whatever_comes_between_the_limits_hold(in_pieces):
     rng = random.Random(8)
     moving = engine(MotionKind.LINEAR, in_pieces=in_pieces)

@@ -1,7 +1,5 @@
 """A shorter form of the soak: random commands of every kind, every setpoint checked."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from soak import many, seed, some

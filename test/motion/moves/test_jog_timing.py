@@ -1,7 +1,5 @@
 """Which part of a jog is to become slower."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from strategies import nudged

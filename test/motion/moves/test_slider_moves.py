@@ -39,7 +39,7 @@ def test_no_move_is_refused_for_the_rounding_of_its_times(move, kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "count"), [(MotionKind.SLIDER, 300), (MotionKind.LINEAR, 60)])
+@pytest.mark.parametrize(("kind", "count"), [(MotionKind.SLIDER, 200), (MotionKind.LINEAR, 30)])
 def test_moves_of_any_size_are_planned(kind, count):
     count = min(many(count), len(MOVES))
     for move in random.Random(seed(1)).sample(MOVES, count):

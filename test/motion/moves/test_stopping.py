@@ -16,11 +16,11 @@ from tri_glide_kinematics.motion.trajectory import RuckigPlanner
 
 # So many states take a quarter of a second.
 COUNTS = {
-    "slider moves": 20,
-    "lines": 15,
-    "jogs, steady": 20,
-    "jogs, just begun": 25,
-    "jogs, just changed": 12,
+    "slider moves": 12,
+    "lines": 8,
+    "jogs, steady": 12,
+    "jogs, just begun": 12,
+    "jogs, just changed": 8,
     "tracking": 2,
     "paths at full speed": 4,
     "paths with a speed": 4,
@@ -60,7 +60,7 @@ def test_a_stop_of_a_line_stays_on_it():
         drive.run(drive.rng.uniform(0.01, 0.8))
 
     left = 0
-    for drive in states(kind_of("lines")._replace(drive=one_line), 20, seed=4):
+    for drive in states(kind_of("lines")._replace(drive=one_line), 12, seed=4):
         machine, before = drive.workspace.machine, drive.engine.state
         begin, velocity = machine.forward_velocity(before.heights, before.velocities)
         own, inside = own_stop(drive)

@@ -1,7 +1,5 @@
 """The way driven, against quadrature."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

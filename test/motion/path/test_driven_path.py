@@ -1,20 +1,12 @@
 """Laws of the path as driven, over paths at random."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from soak import many
 
-from testing.path_samples import (
-    agree_until,
-    dense_ways,
-    distances,
-    random_path,
-    sides_of_breaks,
-)
+from testing.path_samples import agree_until, dense_ways, distances, random_path, sides_of_breaks
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath, ShapedCorners
 from tri_glide_kinematics.motion.path.corners import FARTHEST_SWING, SWING_REACH

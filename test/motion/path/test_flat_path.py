@@ -1,7 +1,5 @@
 """A path out of flat arrays is the path that the same calls make, however it is cut into pieces."""
 
-from __future__ import annotations
-
 import math
 import random
 

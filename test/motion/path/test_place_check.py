@@ -1,7 +1,5 @@
 """Whether all places of a path are inside the workspace, between samples too."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Paths put together, and what is wrong with some."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Points on a path, as they are drawn."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

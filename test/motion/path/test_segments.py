@@ -1,7 +1,5 @@
 """Lines and arcs as programmed."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """The Cholesky factors of scipy, without the rest of scipy.linalg."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

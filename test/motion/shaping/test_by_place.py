@@ -12,13 +12,7 @@ from hypothesis import strategies as st
 from strategies import reproducible
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
-from tri_glide_kinematics.motion.shaping import (
-    Mode,
-    Shaper,
-    ShaperByPlace,
-    ShaperKind,
-    residual,
-)
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperByPlace, ShaperKind, residual
 
 KINDS = list(ShaperKind)
 RANDOM = st.builds(random.Random, st.integers(0, 10**6))

@@ -1,7 +1,5 @@
 """What a slider does on phases of constant jerk: exact extremes against dense samples."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The velocity of a target of which only places are told."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

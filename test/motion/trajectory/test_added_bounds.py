@@ -41,7 +41,7 @@ def forces(masses: Masses = SMOOTH, up: float = 40.0, down: float = 40.0) -> For
 
 
 @cache
-def motions(limits: SliderLimits = LIMITS, count: int = 2) -> list[Trajectory]:
+def motions(limits: SliderLimits = LIMITS, count: int = 1) -> list[Trajectory]:
     """Return moves of both kinds, shaped ones, and paths, between random places."""
     rng = np.random.default_rng(3)
     found: list[Trajectory] = []
@@ -94,7 +94,7 @@ def test_all_kinds_of_motion_keep_an_added_bound_and_use_it(bound):
         assert 0.8 < sampled(motion, bound) <= 1.0 + 1e-6
         motion.check_limits(fast.with_added(bound))
     broken = [motion for motion in motions(fast) if sampled(motion, bound) > 1.001]
-    assert len(broken) > 4
+    assert len(broken) > 2
     for motion in broken:
         assert not motion.keeps_limits(fast.with_added(bound))
         with pytest.raises(AddedBoundError):
@@ -109,7 +109,7 @@ def test_a_part_of_a_bound_allows_that_part(bound):
     assert half == bound.times(0.5)
     assert bound.times(1.0) is bound
     fast = SliderLimits.uniform(2.0, 60.0, 2000.0)
-    for motion in motions(fast.with_added(half), 1):
+    for motion in motions(fast.with_added(half)):
         assert 0.4 < sampled(motion, bound) <= 0.5 * (1.0 + 1e-6)
         for state in (motion.at(share * motion.duration) for share in (0.1, 0.3, 0.8)):
             assert half.part_at(state) == pytest.approx(2.0 * bound.part_at(state))

@@ -1,7 +1,5 @@
 """Knots in phases of constant jerk."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

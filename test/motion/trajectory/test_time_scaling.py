@@ -8,10 +8,7 @@ import pytest
 from tri_glide_kinematics.motion.trajectory import TimeScaling
 
 SCALING = TimeScaling(
-    np.array((0.0, 0.1, 0.2)),
-    np.array((0.0, 0.01, 0.02)),
-    np.array((0.0, 0.2, 0.0)),
-    np.zeros(3),
+    np.array((0.0, 0.1, 0.2)), np.array((0.0, 0.01, 0.02)), np.array((0.0, 0.2, 0.0)), np.zeros(3)
 )
 
 

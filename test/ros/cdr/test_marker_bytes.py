@@ -1,7 +1,5 @@
 """Markers as bytes are those that rclpy would have written."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from geometry_msgs.msg import Point

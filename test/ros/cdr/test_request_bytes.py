@@ -1,7 +1,5 @@
 """A request is read within its bytes, whatever it says of what follows."""
 
-from __future__ import annotations
-
 import resource
 from struct import pack
 

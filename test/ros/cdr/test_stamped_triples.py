@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.serialization import deserialize_message

@@ -1,7 +1,5 @@
 """Trajectories as bytes are those that rclpy would have written."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message

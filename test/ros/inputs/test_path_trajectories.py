@@ -1,7 +1,5 @@
 """Trajectories of a path's parts: each joins the one before it, as a receiver drives them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is read from the bytes of measurements is what is read from the messages."""
 
-from __future__ import annotations
-
 import math
 import random
 from contextlib import suppress

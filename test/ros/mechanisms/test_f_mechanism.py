@@ -1,29 +1,17 @@
 """Requests about F-mechanisms: the answer is the library's, or says what is wrong."""
 
-from __future__ import annotations
-
 import math
 
 import f_mechanism_samples
 import numpy as np
 import pytest
 from f_mechanism_samples import bifurcating_mechanism
-from mechanism_requests import (
-    ask,
-    assert_columns,
-    assert_message,
-    example_2,
-    message_of,
-    turn,
-)
+from mechanism_requests import ask, assert_columns, assert_message, example_2, message_of, turn
 
 from tri_glide_interfaces.msg import CrankSweep, FMechanism, Point2, TraceEvent
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
 from tri_glide_kinematics.errors import OutOfBoundsError
-from tri_glide_kinematics.mechanisms.f_mechanism import (
-    EventKind,
-    SelfMotionError,
-)
+from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, SelfMotionError
 from tri_glide_kinematics.ros import mechanisms as mechanism_messages
 from tri_glide_kinematics.ros.mechanisms import RefusedRequestError
 

@@ -1,7 +1,5 @@
 """What is checked in all requests about mechanisms: their numbers, the crank angles of a trace."""
 
-from __future__ import annotations
-
 import math
 import re
 from array import array

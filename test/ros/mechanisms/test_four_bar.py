@@ -1,7 +1,5 @@
 """Requests about four-bar linkages: the answer is the library's, or says what is wrong."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

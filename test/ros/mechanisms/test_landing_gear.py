@@ -1,7 +1,5 @@
 """Requests about landing gears: the answer is the library's, or says what is wrong."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from mechanism_requests import ask, nose_gear

@@ -1,7 +1,5 @@
 """What a status says about the machine that it is about."""
 
-from __future__ import annotations
-
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 

@@ -1,7 +1,5 @@
 """The message about the machine: its numbers are those of the package and of its page."""
 
-from __future__ import annotations
-
 import inspect
 import math
 import re
@@ -94,10 +92,7 @@ def test_all_that_is_known_is_told():
     )
     progress = MotionProgress((0.4, 0.5, 0.6), 0.07, 3, 0.8, 9.0)
     message = told(status, refused, "two senders", progress)
-    assert (message.state, message.cause) == (
-        MachineState.FAULT,
-        MachineState.CAUSE_TARGET_TOO_FAR,
-    )
+    assert (message.state, message.cause) == (MachineState.FAULT, MachineState.CAUSE_TARGET_TOO_FAR)
     assert (message.reason, message.target_text, message.remark) == (
         "too far",
         "target",

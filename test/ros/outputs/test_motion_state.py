@@ -1,7 +1,5 @@
 """The topic ~/motion_state: the engine's own numbers, told now and then, to listeners only."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import time

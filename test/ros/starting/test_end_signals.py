@@ -1,7 +1,5 @@
 """A signal that ends a process is not lost, whenever it comes."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """What a node asks of the system, in processes of its own: such a wish cannot be taken back."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

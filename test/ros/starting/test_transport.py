@@ -1,7 +1,5 @@
 """Which transport is chosen, by the environment alone."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -21,10 +19,7 @@ CELL = {
     "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
     READ: str(profile("cell")),
 }
-COMPUTER = {
-    "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET",
-    READ: str(profile("computer")),
-}
+COMPUTER = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", READ: str(profile("computer"))}
 SET_UPS = {"cell": CELL, "computer": COMPUTER}
 
 
@@ -79,13 +74,7 @@ def test_another_value_is_refused():
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}, True),
         ({"ROS_LOCALHOST_ONLY": "1"}, True),
         ({"ROS_LOCALHOST_ONLY": "1", "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}, True),
-        (
-            {
-                "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-                READ: "my.xml",
-            },
-            True,
-        ),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", READ: "my.xml"}, True),
         ({"FASTDDS_BUILTIN_TRANSPORTS": "LARGE_DATA"}, True),
         ({"FASTDDS_BUILTIN_TRANSPORTS": "DEFAULT"}, True),
         ({"FASTDDS_BUILTIN_TRANSPORTS": "UDPv6"}, False),

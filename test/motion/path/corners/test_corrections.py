@@ -1,7 +1,5 @@
 """Sums over all roundings, at each break and carried on from one to the next."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

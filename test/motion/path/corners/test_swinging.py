@@ -1,7 +1,5 @@
 """Roundings that swing out: their form, their tolerance beside others, the room they use."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

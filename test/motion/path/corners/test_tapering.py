@@ -1,7 +1,5 @@
 """Roundings of corners that stand alone: their form, their tolerance, the room they use."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
