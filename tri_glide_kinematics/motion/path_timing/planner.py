@@ -83,8 +83,11 @@ _SPREAD = 0.5 * 5.0**0.5 - 0.5
 _PART_OF_SPEED = 0.5
 _COUNTED = (0.125, 0.5)
 
-# Part of the limits that a line is planned with, as its own bounds are 2e-5 larger at most.
-_OF_LINE = 1.0 - 3e-5
+# Parts of the limits of velocity, acceleration and jerk that a line is planned with, from rest and
+# in motion. Its own bounds are a little larger, up to 1.6e-4, 3e-4 and 3e-3: from rest that is
+# stretched away, in motion it cannot be.
+_OF_LINE = (1.0 - 3e-5,) * 3
+_OF_LINE_IN_MOTION = (1.0 - 1e-3, 1.0 - 3e-3, 1.0 - 1e-2)
 
 # A line is driven sooner where that takes less than this part of the time that is left.
 _WORTH_IT = 0.99
@@ -400,7 +403,7 @@ class PathPlanner:
         curve = PathHeights(driven, self._workspace.machine.geometry)
         curve = curve.at_speeds(1.0, None, limits.platform_speed)
         held = plan.scaling.since(time) if start.speed > 0.0 else None
-        less = limits.times(*[_OF_LINE] * 3)
+        less = limits.times(*(_OF_LINE_IN_MOTION if start.speed > 0.0 else _OF_LINE))
         with SOUND:
             found = yield from plan_window(curve, start, less, held)
         parts = yield from self._going_on_to_the_end(found, Planned(less))
