@@ -53,7 +53,7 @@ NEAR_HORIZON = 0.045
 # The way onto a target whose reports are noise takes so long at most [s].
 LONGEST = 0.2
 
-# Of few reports one happens to show little noise: what the last ones have shown fades so slowly [s].
+# Few reports may happen to show little noise: what the last ones have shown fades so slowly [s].
 FADING = 2.0
 
 # What of the limits of acceleration and jerk sliders count on that could arrive where the target is
