@@ -30,6 +30,7 @@ from motion_machine import (
 )
 from soak import many, seed
 
+from benchmarks import judge
 from tri_glide_kinematics.errors import (
     KinematicsError,
     NotAChoiceError,
@@ -47,8 +48,8 @@ from tri_glide_kinematics.motion import (
     plan_move,
     time_path,
 )
-from tri_glide_kinematics.tri_glide import ArmTooShortError, NoPoseError
-from tri_glide_kinematics.workspace import OutsideWorkspaceError
+from tri_glide_kinematics.tri_glide import ArmTooShortError, NoPoseError, TriGlide
+from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace
 
 
 @pytest.mark.parametrize("kind", ["slider", "linear", 0, None])
@@ -309,3 +310,14 @@ def test_a_line_takes_no_longer_than_the_same_line_as_a_path(limits, box):
         moving.move_to(end)
         assert DT * (len(run_to_rest(moving)) - 2) < 1.05 * shortest
         assert_rests_at(moving, end)
+
+
+def test_a_line_of_several_windows_is_timed_as_its_path():
+    workspace, ends = (
+        Workspace(TriGlide(judge.UNEQUAL), judge.WIDE),
+        ((-0.194, -0.121, 0.244), (0.075, -0.025, 0.28)),
+    )
+    limits = judge.UNEQUAL_LIMITS
+    planned = plan_move(workspace, limits, *ends, kind=MotionKind.LINEAR)
+    path = time_path(PlatformPath.through(ends), workspace, limits)
+    assert planned.duration < 1.01 * path.duration

@@ -707,3 +707,16 @@ def test_a_shaper_that_is_set_while_a_target_is_followed_waits_for_rest():
     run(moving, 0.1)
     followed(moving, lambda _: (CENTRE, AT_REST), 0.1)
     assert moving.shaper is SHAPER
+
+
+def test_a_noisy_target_is_followed_calmly_at_a_low_rate_too():
+    period, motion, rng = 0.004, bench.on_circle(0.02, 1.0), np.random.default_rng(5)
+    following, heights, ideal = MotionEngine(WORKSPACE, LIMITS), [], []
+    following.start(MACHINE.inverse(CENTRE))
+    for time in period * np.arange(500):
+        position, velocity = motion(time)
+        following.track((position + 1e-4 * rng.normal(size=3)).tolist(), velocity)
+        heights.append(following.step(period).heights)
+        ideal.append(MACHINE.inverse(motion(time + period)[0]))
+    jerk, wanted = (np.linalg.norm(np.diff(each[300:], 3, axis=0)) for each in (heights, ideal))
+    assert jerk < 8.0 * wanted

@@ -35,7 +35,7 @@ from tri_glide_kinematics.workspace import Workspace
 PROVED_STOP = 0.024
 
 # At first it is expected that a plan that is sooner at the end of a line takes so long [s].
-SOONER_IN = 0.02
+SOONER_IN = 0.035
 
 
 class PathMeasuring:

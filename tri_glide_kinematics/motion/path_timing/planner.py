@@ -46,6 +46,7 @@ from tri_glide_kinematics.motion.trajectory import (
     RuckigPlanner,
     SequencePlan,
     Slowing,
+    TimeScaling,
     Trajectory,
     check_added,
     check_along,
@@ -82,8 +83,11 @@ _SPREAD = 0.5 * 5.0**0.5 - 0.5
 _PART_OF_SPEED = 0.5
 _COUNTED = (0.125, 0.5)
 
-# Part of the limits that a line is planned with, as its own bounds are 2e-5 larger at most.
-_OF_LINE = 1.0 - 3e-5
+# Parts of the limits of velocity, acceleration and jerk that a line is planned with, from rest and
+# in motion. Its own bounds are a little larger, up to 1.6e-4, 3e-4 and 3e-3: from rest that is
+# stretched away, in motion it cannot be.
+_OF_LINE = (1.0 - 3e-5,) * 3
+_OF_LINE_IN_MOTION = (1.0 - 1e-3, 1.0 - 3e-3, 1.0 - 1e-2)
 
 # A line is driven sooner where that takes less than this part of the time that is left.
 _WORTH_IT = 0.99
@@ -323,11 +327,17 @@ class PathPlanner:
         """
         scaled = yield from self.with_speeds(heights, 0.0, 1.0, planned.limits, shaper, planned.cut)
         plan = yield from self.from_rest(scaled, 0.0, planned.limits)
+        return SequencePlan((yield from self._going_on_to_the_end(plan, planned, shaper)))
+
+    def _going_on_to_the_end(
+        self, plan: PathPlan, planned: Planned, shaper: Shaper | None = None
+    ) -> Interruptible[tuple[PathPlan, ...]]:
+        """Return what is driven of a ``plan``, and all parts that come after that."""
         parts = []
         while not plan.ends_path:
             part, plan = yield from self._part_and_next(plan, planned, shaper)
             parts.append(part)
-        return SequencePlan((*parts, plan))
+        return *parts, plan
 
     def duration(self, heights: PathHeights, limits: SliderLimits) -> Interruptible[float]:
         """Return how long the motion ``to_the_end`` takes, within a hundredth [s].
@@ -393,16 +403,19 @@ class PathPlanner:
         curve = PathHeights(driven, self._workspace.machine.geometry)
         curve = curve.at_speeds(1.0, None, limits.platform_speed)
         held = plan.scaling.since(time) if start.speed > 0.0 else None
+        less = limits.times(*(_OF_LINE_IN_MOTION if start.speed > 0.0 else _OF_LINE))
         with SOUND:
-            found = yield from plan_window(curve, start, limits.times(*[_OF_LINE] * 3), held)
-        if not (found.ends_path and found.duration < _WORTH_IT * (plan.duration - time)):
+            found = yield from plan_window(curve, start, less, held)
+        parts = yield from self._going_on_to_the_end(found, Planned(less))
+        scaling = TimeScaling.joined([part.scaling for part in parts])
+        if not scaling.times[-1] < _WORTH_IT * (plan.duration - time):
             raise PlanningError("no motion is sooner at the end of the line")
         try:
-            return (yield from checked(LinePlan(line, found.scaling), limits))
+            return (yield from checked(LinePlan(line, scaling), limits))
         except SliderLimitError as error:
             if start.speed > 0.0:
                 raise
-            slower = found.scaling.slower(error.slowdown * ABOVE_ROUNDING)
+            slower = scaling.slower(error.slowdown * ABOVE_ROUNDING)
         return (yield from checked(LinePlan(line, slower), limits))
 
     def brake_hard(

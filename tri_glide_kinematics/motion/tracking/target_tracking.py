@@ -53,6 +53,9 @@ NEAR_HORIZON = 0.045
 # The way onto a target whose reports are noise takes so long at most [s].
 LONGEST = 0.2
 
+# Few reports may happen to show little noise: what the last ones have shown fades so slowly [s].
+FADING = 2.0
+
 # What of the limits of acceleration and jerk sliders count on that could arrive where the target is
 # now: along their way there, and in each direction across. One slider may need all three.
 SHARE_ALONG = 0.65
@@ -114,6 +117,8 @@ class TargetTracking:
         self._ruckig = RuckigPlanner(3)
         # Whether it is being caught up with: then in the shortest time, until it is reached.
         self._is_behind = True
+        # How long the way onto it takes because of noise [s].
+        self._calm = 0.0
 
     def step_towards(
         self,
@@ -149,7 +154,10 @@ class TargetTracking:
         wanted = list(zip(heights, rates, bends))
         bounds = list(zip(limits.velocity, limits.acceleration, limits.jerk))
         numbers = list(zip(own, wanted, bounds))
-        calm = horizon_of_noise(noise, NEAR * min(limits.jerk)) if horizon > 0.0 else 0.0
+        self._calm *= max(1.0 - period / FADING, 0.0)
+        if horizon > 0.0:
+            self._calm = max(self._calm, horizon_of_noise(noise, NEAR * min(limits.jerk)))
+        calm = self._calm
         # Few long steps go far beyond what ends meanwhile: each of them has to be near.
         if self._is_behind or horizon <= FEWEST_STEPS * period:
             near = max(min(horizon, NEAR_HORIZON), calm)

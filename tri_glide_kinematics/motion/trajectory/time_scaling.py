@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -51,6 +53,14 @@ class TimeScaling(NamedTuple):
             np.concatenate((zero, self.speeds)),
             np.concatenate((zero, self.accelerations)),
         )
+
+    @classmethod
+    def joined(cls, parts: Sequence[TimeScaling]) -> TimeScaling:
+        """Return motions one after the other, each of which begins as the one before ends."""
+        begins = accumulate((float(part.times[-1]) for part in parts), initial=0.0)
+        moved = [part._replace(times=part.times + begin) for part, begin in zip(parts, begins)]
+        rests = [[each[1:] for each in part] for part in moved[1:]]
+        return cls(*map(np.concatenate, zip(moved[0], *rests)))
 
     def since(self, time: float) -> TimeScaling:
         """Return the pieces that do not end before ``time`` [s]; times are not shifted."""
