@@ -198,7 +198,10 @@ const history = (entries) => {
 
 let hasControls = false;
 let heard = performance.now();
-const show = (told) => {
+let told = {};
+// Without news it is a sign of life: what was told last holds.
+const show = (news = told) => {
+  told = news;
   heard = performance.now();
   strip.dataset.color = told.color;
   hasControls = told.controls;
@@ -209,7 +212,25 @@ const show = (told) => {
   stop.querySelector("small").textContent = told.stop;
   document.body.classList.remove("tri-glide-lost");
 };
+// What a closed tab or a hidden page would show is not sent.
+let tab = null;
+const tellTab = () => {
+  const open = document.hidden ? "" : document.querySelector("[role=tab][aria-selected=true]")?.textContent ?? "";
+  if (open === tab) return;
+  tab = open;
+  viser().sendMessage({ type: "GuiUpdateMessage", uuid: settings.tab, updates: { value: `${Math.random()} ${open}` } });
+};
+// viser draws the scene for a quarter of a second after each script: ours change nothing in it.
+const mine = viser(), draw = mine.requestRender;
+mine.requestRender = () => {
+  const waiting = mine.messageQueue;
+  const isOurs = waiting.length > 0 && waiting.every((each) => each.type === "RunJavascriptMessage");
+  if (isOurs) mine.drainMessageQueue();
+  if (!isOurs || waiting.length) draw();
+};
+on(document, "visibilitychange", tellTab);
 const look = setInterval(() => {
+  tellTab();
   // The canvas ends where viser's own panel begins.
   const canvas = document.querySelector("canvas");
   if (canvas) document.documentElement.style.setProperty("--strip-width", canvas.clientWidth + "px");
@@ -241,6 +262,7 @@ window.triGlide = {
     clearInterval(look);
     clearInterval(padTimer);
     if (held) clearInterval(held.timer);
+    mine.requestRender = draw;
     for (const each of [style, strip, stop]) each.remove();
   },
 };
