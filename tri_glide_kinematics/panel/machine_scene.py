@@ -99,8 +99,9 @@ SMALLEST_MOVE = 2e-5
 
 RGB = tuple[int, int, int]
 # Colours of what is drawn: red, green and blue from 0 to 255.
-TOWER: RGB = (120, 126, 135)
-TRAVEL_END: RGB = (190, 60, 50)
+# Seen on white, and on the grey of a dark page.
+TOWER: RGB = (84, 90, 98)
+TRAVEL_END: RGB = (170, 40, 30)
 MEASURED: RGB = (40, 46, 56)
 CARRIAGE: RGB = (200, 120, 20)
 COMMANDED: RGB = (30, 120, 255)

@@ -229,8 +229,21 @@ mine.requestRender = () => {
   if (!isOurs || waiting.length) draw();
 };
 on(document, "visibilitychange", tellTab);
+// viser gives no name to most of its fields, nor to buttons that are only an icon.
+const nameControls = () => {
+  for (const each of document.querySelectorAll("input:not([aria-label], [type=file]), [role=slider][aria-label='']")) {
+    let row = each.parentElement;
+    while (row && !row.querySelector("label")) row = row.parentElement;
+    each.setAttribute("aria-label", row?.querySelector("label").textContent || "value");
+  }
+  for (const each of document.querySelectorAll("button:not([aria-label])")) {
+    const icon = each.querySelector("svg")?.getAttribute("class")?.match(/tabler-icon-([a-z-]+)/)?.[1];
+    if (icon && !each.textContent) each.setAttribute("aria-label", icon === "adjustments" ? "settings of the page" : icon);
+  }
+};
 const look = setInterval(() => {
   tellTab();
+  nameControls();
   // The canvas ends where viser's own panel begins.
   const canvas = document.querySelector("canvas");
   if (canvas) document.documentElement.style.setProperty("--strip-width", canvas.clientWidth + "px");

@@ -58,7 +58,6 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 POINTS_FILE = "taught_points.yaml"
 PROGRAMS_FOLDER = "programs"
 FRAMES = 30.0  # 1/s
-LONGEST_WAIT = 0.05  # s until messages of the machine are taken that move nothing in the scene
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
 LONGEST_NOTICE = 500  # characters
@@ -124,7 +123,6 @@ class PanelNode(Node):
             self._frame,
             end=self._end,
             own=self._feeds.swing.own,
-            longest_wait=LONGEST_WAIT,
         )
         PatientServices(self)
         # Not by the log, which goes to files and to all who listen to /rosout.

@@ -34,8 +34,6 @@ from tri_glide_kinematics.reason_log import ReasonLog
 INPUT_PART = 0.25
 # In a sleep that would go on for longer than this, others get their turns, too [s].
 ROOM = 0.005
-# How long what is not urgent waits at most, beside the callbacks that are due [s].
-LONGEST_WAIT = 0.02
 # Background work ends this long before the next cycle [s]: a sleep may end that much too late.
 WORK_MARGIN = 0.0002
 
@@ -56,8 +54,6 @@ class Cycle:
             may: what moves has to come to rest before.
         end: is done once, after the last cycle, unless nothing can be sent any more.
         own: what ``step`` takes by itself, and nobody else; the node may change it at any time.
-        longest_wait: how long what is not urgent waits at most, beside the callbacks that are due
-            [s].
     """
 
     urgent: tuple[Input, ...]
@@ -68,7 +64,6 @@ class Cycle:
     may_end: Callable[[], bool] = lambda: True
     end: Callable[[], None] = lambda: None
     own: Collection[Input] = ()
-    longest_wait: float = LONGEST_WAIT
 
 
 class CycleLoop:
@@ -97,7 +92,7 @@ class CycleLoop:
         self._inputs = UrgentInputs(cycle.urgent, survive)
         self._early = UrgentInputs(cycle.early, survive)
         self._arrivals = Arrivals(cycle.urgent if cycle.period is None else cycle.early)
-        self._others = OtherTurns(node, cycle.urgent, cycle.own, cycle.longest_wait)
+        self._others = OtherTurns(node, cycle.urgent, cycle.own)
         self._next = monotonic()
 
     def spin(self) -> None:
@@ -402,6 +397,9 @@ class ReadyLook:
         )
 
 
+# How long what is not urgent waits at most, beside the callbacks that are due [s].
+LONGEST_WAIT = 0.02
+
 # A client that asked for something often asks again: for the first time [s] after it, looks are the
 # second time [s] apart.
 ATTENTION = 0.01
@@ -417,19 +415,9 @@ class OtherTurns(SingleThreadedExecutor):
         due: time.monotonic() of the next turn [s].
     """
 
-    def __init__(
-        self,
-        node: Node,
-        urgent: Iterable[Any] = (),
-        own: Collection[Any] = (),
-        longest_wait: float = LONGEST_WAIT,
-    ) -> None:
-        """Look at all of ``node`` but what is ``urgent``, and what it takes on its ``own``.
-
-        Two looks are ``longest_wait`` apart at most [s].
-        """
+    def __init__(self, node: Node, urgent: Iterable[Any] = (), own: Collection[Any] = ()) -> None:
+        """Look at all of ``node`` but what is ``urgent``, and what it takes on its ``own``."""
         self.due = 0.0
-        self._longest_wait = longest_wait
         self._node = node
         self._urgent = frozenset(urgent)
         self._own = own
@@ -484,7 +472,7 @@ class OtherTurns(SingleThreadedExecutor):
         if ready is not None and not isinstance(ready[1], Timer):
             self._attentive_until = now + ATTENTION
         is_short = self._has_more or now < self._attentive_until
-        self.due = now + (SHORT_WAIT if is_short else self._longest_wait)
+        self.due = now + (SHORT_WAIT if is_short else LONGEST_WAIT)
         if ready is not None:
             handler, _ = ready
             handler()

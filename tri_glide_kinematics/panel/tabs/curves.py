@@ -204,8 +204,9 @@ REDRAWN_AFTER = 0.25  # s
 PLOT_HEIGHT = 120
 AXIS_WIDTH, AXIS_HEIGHT = 56, 26
 MARGIN = 0.06  # of the range between the limits, beyond them
-COLOURS = ("#0072b2", "#e69f00", "#009e73")
-LIMIT_COLOUR = "#a00000"
+# Each has a contrast of at least 3 on a light and on a dark page.
+COLOURS = ("#2b87d1", "#b87a00", "#00966c")
+LIMIT_COLOUR = "#d9463c"
 
 
 @dataclass(frozen=True)
@@ -226,7 +227,8 @@ _PLOTS = (
 
 def _legend(names: Sequence[str], colours: Sequence[str]) -> str:
     return "".join(
-        f'<span style="color:{colour};padding-left:1em;white-space:nowrap">\u25a0 {name}</span>'
+        f'<span style="padding-left:1em;white-space:nowrap"><span style="color:{colour}">\u25a0</span>'
+        f" {name}</span>"
         for name, colour in zip(names, colours)
     )
 
