@@ -237,8 +237,8 @@ const nameControls = () => {
     each.setAttribute("aria-label", row?.querySelector("label").textContent || "value");
   }
   for (const each of document.querySelectorAll("button:not([aria-label])")) {
-    const icon = each.querySelector("svg")?.getAttribute("class")?.match(/tabler-icon-([a-z-]+)/)?.[1];
-    if (icon && !each.textContent) each.setAttribute("aria-label", icon === "adjustments" ? "settings of the page" : icon);
+    const icon = each.querySelector("svg")?.getAttribute("class")?.match(/tabler-icon-([a-z-]+)/)?.[1] ?? "close";
+    if (!each.textContent) each.setAttribute("aria-label", icon === "adjustments" ? "settings of the page" : icon);
   }
 };
 const look = setInterval(() => {

@@ -227,8 +227,8 @@ _PLOTS = (
 
 def _legend(names: Sequence[str], colours: Sequence[str]) -> str:
     return "".join(
-        f'<span style="padding-left:1em;white-space:nowrap"><span style="color:{colour}">\u25a0</span>'
-        f" {name}</span>"
+        '<span style="padding-left:1em;white-space:nowrap">'
+        f'<span style="color:{colour}">\u25a0</span> {name}</span>'
         for name, colour in zip(names, colours)
     )
 
