@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from contextlib import suppress
 from html import unescape
+from random import random
 from threading import Thread
 from typing import Any
 
@@ -26,17 +27,23 @@ RENEWALS = 30  # of a button that is held [1/s]
 class TextPage:
     """A connection to the panel, as that of a page of which only texts and controls matter.
 
+    Only what the open tab shows is read and pressed.
+
     Attributes:
-        tab: that is open: only what it shows is read and pressed.
         strip: what stands above the page, by its kind: state, reason, refusal, pages.
         nodes: names of all that the scene has.
+        plots: how often curves were sent.
+        loads: bytes that came up to each sign of life, since the one before.
     """
 
     def __init__(self, address: str, tab: str = "Drive") -> None:
         """Open the panel with this ``address``, the token included."""
-        self.tab = tab
+        self._tab = tab
         self.strip: dict[str, Any] = {}
         self.nodes: set[str] = set()
+        self.plots = 0
+        self.loads: list[int] = []
+        self._load = 0
         self._settings: dict[str, Any] = {}
         self._controls: dict[str, dict[str, Any]] = {}
         self._socket = page_reader.connected(address)
@@ -47,6 +54,7 @@ class TextPage:
     def _read(self) -> None:
         with suppress(ConnectionClosed):
             for data in self._socket:
+                self._load += len(data)
                 for message in page_reader.messages_in(data):
                     self._take(message)
 
@@ -55,12 +63,18 @@ class TextPage:
         if kind == "RunJavascriptMessage":
             source = message["source"]
             if found := SHOWN.fullmatch(source):
-                self.strip = json.loads(found.group(1))
+                if words := found.group(1):
+                    self.strip = json.loads(words)
+                else:
+                    self.loads.append(self._load)
+                    self._load = 0
             elif found := SETTINGS.search(source):
                 self._settings = json.loads(found.group(1))
+                self._tell_tab()
         elif kind == "GuiUpdateMessage":
             control = self._controls[message["uuid"]]
             updates = message["updates"]
+            self.plots += "data" in updates
             if "value" in updates:
                 control["value"] = updates["value"]
             control["props"].update(updates)
@@ -70,6 +84,20 @@ class TextPage:
             self._controls[message["uuid"]] = message
         elif "props" in message and "name" in message:
             self.nodes.add(message["name"])
+
+    @property
+    def tab(self) -> str:
+        """The tab that is open."""
+        return self._tab
+
+    @tab.setter
+    def tab(self, tab: str) -> None:
+        self._tab = tab
+        if self._settings:
+            self._tell_tab()
+
+    def _tell_tab(self) -> None:
+        self._press(self._settings["tab"], f"{random()} {self._tab}")
 
     @property
     def text(self) -> str:

@@ -8,6 +8,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -426,6 +427,35 @@ def test_a_page_is_dark_where_its_browser_asks_for_it(panel: Panel, drawn: Page)
     page.wait_for(f"!({dark})", "the colours of before", spin=panel.spin)
 
 
+TABS = ("Drive", "Points", "Program", "Numbers", "Curves", "Swing", "Mechanisms")
+# axe-core comes in this package, of which nothing else is used.
+AXE = find_spec("axe_playwright_python")
+VIOLATIONS = """axe.run(document, {resultTypes: ["violations"], runOnly: {type: "tag", values:
+  ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]}}).then((found) => found.violations.map(
+  ({id, nodes}) =>
+    [id, ...nodes.map((node) => `${node.html.slice(0, 200)} ${node.failureSummary}`)]))"""
+
+
+@pytest.mark.skipif(AXE is None, reason="no axe-core: pip install --no-deps axe-playwright-python")
+def test_axe_finds_no_violation_of_wcag(page: Page) -> None:
+    assert AXE and AXE.origin
+    page.evaluate(f"{Path(AXE.origin).with_name('axe.min.js').read_text(encoding='utf-8')};0")
+    named = "![...document.querySelectorAll('input, button')].some((each) => each.offsetParent"
+    named += " && !each.labels?.length && !each.ariaLabel && !each.textContent)"
+    try:
+        for scheme in ("light", "dark"):
+            features = [{"name": "prefers-color-scheme", "value": scheme}]
+            page.call("Emulation.setEmulatedMedia", features=features)
+            is_shown = f"document.documentElement.dataset.mantineColorScheme === '{scheme}'"
+            page.wait_for(is_shown, scheme)
+            for name in TABS:
+                page.click(tab(name))
+                page.wait_for(named, "names of all controls")
+                assert page.evaluate(VIOLATIONS) == [], f"{name}, {scheme}"
+    finally:
+        page.call("Emulation.setEmulatedMedia", features=[])
+
+
 # The smallest phones and windows, too.
 SIZES = [(360, 640), (640, 480), SMALL, DESKTOP]
 
@@ -507,6 +537,8 @@ def test_long_words_hide_neither_stop_nor_their_own_end(page: Page) -> None:
         assert lie_apart(state, place), size
         # What does not fit is scrolled into sight.
         assert found["last"][3] <= place[3] + 1.0, size
+    # With another tab, the page is told again what holds.
+    page.click(tab("Points"))
 
 
 MAP = "Object.keys(window.__viserSceneTree.getState()).includes('/map')"

@@ -119,6 +119,24 @@ def test_a_file_is_seen_and_checked_and_one_that_is_wrong_tells_its_line(
     panel.read_until(operator, "nul.ngc is no longer in the folder")
 
 
+def test_only_what_is_new_and_seen_is_sent(panel: Panel, page: TextPage) -> None:
+    plots = page.plots
+    panel.client.send_pose((0.03, 0.0, 0.3))
+    panel.wait_until_at((0.03, 0.0, 0.3))
+    # Those of a closed tab are not.
+    assert page.plots == plots
+    for name in ("Curves", "Swing", "Numbers", "Drive"):
+        page.tab = name
+        if name == "Curves":
+            panel.client.wait_for(lambda: page.plots > plots, "the curves")
+        known = len(page.loads)
+        # A sign of life comes each second: a machine at rest costs no more than 5 kB/s.
+        panel.client.wait_for(
+            lambda: len(page.loads) > known + 2 and max(page.loads[-2:]) < 5000,  # noqa: B023
+            f"silence on {name}",
+        )
+
+
 def test_a_program_runs_is_paused_jogged_and_goes_on_where_it_was(
     panel: Panel, operator: TextPage
 ) -> None:

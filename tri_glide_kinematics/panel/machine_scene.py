@@ -99,8 +99,9 @@ SMALLEST_MOVE = 2e-5
 
 RGB = tuple[int, int, int]
 # Colours of what is drawn: red, green and blue from 0 to 255.
-TOWER: RGB = (120, 126, 135)
-TRAVEL_END: RGB = (190, 60, 50)
+# Seen on white, and on the grey of a dark page.
+TOWER: RGB = (84, 90, 98)
+TRAVEL_END: RGB = (170, 40, 30)
 MEASURED: RGB = (40, 46, 56)
 CARRIAGE: RGB = (200, 120, 20)
 COMMANDED: RGB = (30, 120, 255)
@@ -177,25 +178,25 @@ class DrawnMachine:
             receive_shadow=False,
         )
 
-    def move(self, pose: Pose) -> None:
-        """Show it in this pose."""
-        shown = self._shown
-        if shown is None:
-            self._root.visible = True
-        elif _is_near(shown, pose):
+    def differs(self, pose: Pose | None) -> bool:
+        """Tell whether this ``pose`` looks different from what is shown."""
+        if self._shown is None or pose is None:
+            return self._shown is not pose
+        return not _is_near(self._shown, pose)
+
+    def show(self, pose: Pose | None) -> None:
+        """Show it in this ``pose``; None for nowhere."""
+        if not self.differs(pose):
             return
         self._shown = pose
+        self._root.visible = pose is not None
+        if pose is None:
+            return
         for index, height in enumerate(pose.heights):
             x, y = self._parts.towers[index]
             place(self._carriages[index], (x, y, height))
             turn(self._arms[index], arm_turn(self._parts, index, height, pose.position))
         place(self._platform, pose.position)
-
-    def hide(self) -> None:
-        """Show it no more, until it is moved again."""
-        if self._shown is not None:
-            self._shown = None
-            self._root.visible = False
 
 
 class Scene:

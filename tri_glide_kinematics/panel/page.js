@@ -198,7 +198,10 @@ const history = (entries) => {
 
 let hasControls = false;
 let heard = performance.now();
-const show = (told) => {
+let told = {};
+// Without news it is a sign of life: what was told last holds.
+const show = (news = told) => {
+  told = news;
   heard = performance.now();
   strip.dataset.color = told.color;
   hasControls = told.controls;
@@ -209,7 +212,38 @@ const show = (told) => {
   stop.querySelector("small").textContent = told.stop;
   document.body.classList.remove("tri-glide-lost");
 };
+// What a closed tab or a hidden page would show is not sent.
+let tab = null;
+const tellTab = () => {
+  const open = document.hidden ? "" : document.querySelector("[role=tab][aria-selected=true]")?.textContent ?? "";
+  if (open === tab) return;
+  tab = open;
+  viser().sendMessage({ type: "GuiUpdateMessage", uuid: settings.tab, updates: { value: `${Math.random()} ${open}` } });
+};
+// viser draws the scene for a quarter of a second after each script: ours change nothing in it.
+const mine = viser(), draw = mine.requestRender;
+mine.requestRender = () => {
+  const waiting = mine.messageQueue;
+  const isOurs = waiting.length > 0 && waiting.every((each) => each.type === "RunJavascriptMessage");
+  if (isOurs) mine.drainMessageQueue();
+  if (!isOurs || waiting.length) draw();
+};
+on(document, "visibilitychange", tellTab);
+// viser gives no name to most of its fields, nor to buttons that are only an icon.
+const nameControls = () => {
+  for (const each of document.querySelectorAll("input:not([aria-label], [type=file]), [role=slider][aria-label='']")) {
+    let row = each.parentElement;
+    while (row && !row.querySelector("label")) row = row.parentElement;
+    each.setAttribute("aria-label", row?.querySelector("label").textContent || "value");
+  }
+  for (const each of document.querySelectorAll("button:not([aria-label])")) {
+    const icon = each.querySelector("svg")?.getAttribute("class")?.match(/tabler-icon-([a-z-]+)/)?.[1] ?? "close";
+    if (!each.textContent) each.setAttribute("aria-label", icon === "adjustments" ? "settings of the page" : icon);
+  }
+};
 const look = setInterval(() => {
+  tellTab();
+  nameControls();
   // The canvas ends where viser's own panel begins.
   const canvas = document.querySelector("canvas");
   if (canvas) document.documentElement.style.setProperty("--strip-width", canvas.clientWidth + "px");
@@ -241,6 +275,7 @@ window.triGlide = {
     clearInterval(look);
     clearInterval(padTimer);
     if (held) clearInterval(held.timer);
+    mine.requestRender = draw;
     for (const each of [style, strip, stop]) each.remove();
   },
 };

@@ -134,6 +134,8 @@ class Page:
         server: of viser.
         on_presence: gets the number of a page, and whether it answers, when that changes.
         on_file: gets the number of a page, and what it says of a file that it sends.
+        open_tabs: which tab each page has open, by its number: empty while the page is hidden. A
+            page is in it once all that lies above it is there.
     """
 
     def __init__(self, host: str, port: int, token: str, log: Log) -> None:
@@ -161,6 +163,7 @@ class Page:
         self.on_presence: Callable[[int, bool], None] = lambda *_: None
         self.on_file: Callable[[int, messages.Message], object] = lambda *_: None
         self._watches: set[asyncio.Task[None]] = set()
+        self.open_tabs: dict[int, str] = {}
         self._socket._client_connect_cb.insert(0, self._watch)
         self._loop = server.get_event_loop()
         self._loop.call_soon_threadsafe(self._wake)
@@ -184,9 +187,21 @@ class Page:
         Stop presses ``stop``; a held button that is let go presses ``release``.
         """
         room = files(__package__)
+        # viser tells of a text only if it has changed: pages put a number before the tab.
+        tab = self.server.gui.add_text("tab", "", visible=False)
+
+        async def open_tab(event: Any) -> None:
+            self.open_tabs[event.client_id] = event.target.value.partition(" ")[2]
+
+        async def forget(client: viser.ClientHandle) -> None:
+            self.open_tabs.pop(client.client_id, None)
+
+        tab.on_update(open_tab)
+        self.server.on_client_disconnect(forget)
         settings = {
             "css": room.joinpath("page.css").read_text(encoding="utf-8"),
             "stop": stop._impl.uuid,
+            "tab": tab._impl.uuid,
             "release": release._impl.uuid,
             **{name: button._impl.uuid for name, button in self._themes().items()},
             "renewals": RENEWALS,
@@ -216,9 +231,13 @@ class Page:
         """Put all that lies above the page there."""
         self._run(client, self._settings)
 
-    def show(self, client: viser.ClientHandle, strip: Strip) -> None:
-        """Show a ``strip`` on one page."""
-        self._run(client, f"window.triGlide?.show({json.dumps(asdict(strip))})")
+    def show(self, client: viser.ClientHandle, strip: Strip | None) -> None:
+        """Show a ``strip`` on one page; None is a sign of life, for one that has not changed."""
+        self._run(client, f"window.triGlide?.show({json.dumps(asdict(strip)) if strip else ''})")
+
+    def shows(self, tab: str) -> bool:
+        """Tell whether any page has this ``tab`` open."""
+        return tab in tuple(self.open_tabs.values())
 
     def ask_for_pieces(self, page: int, key: str, count: int) -> None:
         """Ask a ``page`` for the first so many pieces of a file, by its ``key``."""

@@ -63,7 +63,9 @@ PATIENCE = 5.0  # s after which it is asked again
 LONGEST_NOTICE = 500  # characters
 # Refusals that are about the place that was asked for.
 PLACE_REFUSALS = (MachineState.REFUSAL_UNREACHABLE, MachineState.REFUSAL_OUTSIDE_WORKSPACE)
-STRIP_PERIOD = 0.5  # s after which a page is told again what it knows
+TELL_PERIOD = 0.1  # s between two looks at what pages are told
+HISTORY_PERIOD = 0.5  # s between two lists of what was told
+SIGN_PERIOD = 1.0  # s after which a page is told that nothing has changed
 
 
 def given_path(values: Values, name: str) -> Path | None:
@@ -100,7 +102,9 @@ class PanelNode(Node):
         self._notice_file = given_path(values, "notice_file")
         self._notice = ""
         self._start_again_file = given_path(values, "start_again_file")
-        self._told: dict[int, tuple[Strip, float]] = {}
+        # By page, with the tab that it had open: one that has begun anew knows nothing.
+        self._told: dict[int, tuple[tuple[Strip, str], float]] = {}
+        self._told_at = 0.0
         # By page, how much of the history it has.
         self._told_history: dict[int, int] = {}
         self._history_at = 0.0
@@ -153,6 +157,7 @@ class PanelNode(Node):
             tabs,
             requests,
             lambda place: self._move_to(place, self._drive.go_speed),
+            self._page.shows,
             given_path(values, "measurements_file"),
         )
         with tabs.add_tab("Swing"):
@@ -270,15 +275,17 @@ class PanelNode(Node):
         self._look_for_teach_mode()
         self._program.step(self._facts)
         clients = self._server.get_clients()
-        if not clients:
+        if not clients or not self._page.shows("Swing"):
             self._feeds.swing.close()
+        if not clients:
             return
-        self._feeds.swing.listen()
         self._mechanisms.step(time.monotonic())
         self._tell(clients)
         self._program.show()
-        self._swing.show(self._facts, waits=self._feeds.status.message.shaper_waits)
-        self._swing.draw(self._feeds.swing)
+        if self._page.shows("Swing"):
+            self._feeds.swing.listen()
+            self._swing.show(self._facts, waits=self._feeds.status.message.shaper_waits)
+            self._swing.draw(self._feeds.swing)
         if self._facts is not None:
             self._drive.show(self._facts, self._commanded_position())
             self._view.draw(self._facts, self._feeds)
@@ -329,14 +336,20 @@ class PanelNode(Node):
         self._program.stop()
 
     def _tell(self, clients: dict[int, viser.ClientHandle]) -> None:
-        """Tell each page what stands above it, if that is new or was told a while ago."""
+        """Tell each page what stands above it, if that is new; now and then that it is not."""
         now = time.monotonic()
-        for number, client in clients.items():
-            strip = self._strip(number)
+        if now - self._told_at < TELL_PERIOD:
+            return
+        self._told_at = now
+        for number, tab in tuple(self._page.open_tabs.items()):
+            client = clients.get(number)
+            if client is None:
+                continue
+            news = self._strip(number), tab
             told, at = self._told.get(number, (None, 0.0))
-            if strip != told or now - at > STRIP_PERIOD:
-                self._told[number] = strip, now
-                self._page.show(client, strip)
+            if news != told or now - at > SIGN_PERIOD:
+                self._told[number] = news, now
+                self._page.show(client, news[0] if news != told else None)
         for number in self._told.keys() - clients.keys():
             del self._told[number]
             self._told_history.pop(number, None)
@@ -345,10 +358,10 @@ class PanelNode(Node):
     def _tell_history(self, clients: dict[int, viser.ClientHandle], now: float) -> None:
         """Tell each page what was told, not too often."""
         history = self._requests.history
-        if now - self._history_at < STRIP_PERIOD:
+        if now - self._history_at < HISTORY_PERIOD:
             return
         for number, client in clients.items():
-            if self._told_history.get(number) != history.changes:
+            if number in self._told and self._told_history.get(number) != history.changes:
                 self._told_history[number] = history.changes
                 self._history_at = now
                 self._page.show_history(client, tuple(history))

@@ -112,6 +112,7 @@ class History:
         """Start without samples."""
         self._ring = Ring((len(QUANTITIES), SLIDERS), SPAN, BIN)
         self.advance, self.ages = self._ring.advance, self._ring.ages
+        self._last: tuple[float, object] = -math.inf, None
 
     def add(
         self,
@@ -122,19 +123,26 @@ class History:
     ) -> None:
         """Take in a sample, a little late at most; a clock that goes back starts the history anew.
 
+        Between two equal samples nothing has moved: if the second is late, there is no hole.
+
         Args:
             time: of a steady clock [s].
             heights: Shape (3,) [m].
             velocities: Shape (3,) [m/s].
             accelerations: Shape (3,) [m/s^2].
         """
-        self.advance(time)
-        bins = self._ring.bins[..., self._ring.place(time)]
-        bins[HEIGHTS] = heights
-        for quantity, new in ((VELOCITIES, velocities), (ACCELERATIONS, accelerations)):
-            # A bin without a sample, which is NaN, keeps nothing.
-            keep = np.abs(bins[quantity]) >= np.abs(new)
-            bins[quantity] = np.where(keep, bins[quantity], new)
+        sample = [tuple(each) for each in (heights, velocities, accelerations)]
+        then, last = self._last
+        self._last = time, sample
+        is_late = sample == last and BIN < time - then < LATEST
+        for moment in (*(np.arange(then + BIN, time, BIN) if is_late else ()), time):
+            self.advance(moment)
+            bins = self._ring.bins[..., self._ring.place(moment)]
+            bins[HEIGHTS] = heights
+            for quantity, new in ((VELOCITIES, velocities), (ACCELERATIONS, accelerations)):
+                # A bin without a sample, which is NaN, keeps nothing.
+                keep = np.abs(bins[quantity]) >= np.abs(new)
+                bins[quantity] = np.where(keep, bins[quantity], new)
 
     def values(self, quantity: int) -> FloatArray:
         """Return one quantity of all sliders, oldest first. Shape (3, n)."""
@@ -196,8 +204,9 @@ REDRAWN_AFTER = 0.25  # s
 PLOT_HEIGHT = 120
 AXIS_WIDTH, AXIS_HEIGHT = 56, 26
 MARGIN = 0.06  # of the range between the limits, beyond them
-COLOURS = ("#0072b2", "#e69f00", "#009e73")
-LIMIT_COLOUR = "#a00000"
+# Each has a contrast of at least 3 on a light and on a dark page.
+COLOURS = ("#2b87d1", "#b87a00", "#00966c")
+LIMIT_COLOUR = "#d9463c"
 
 
 @dataclass(frozen=True)
@@ -218,7 +227,8 @@ _PLOTS = (
 
 def _legend(names: Sequence[str], colours: Sequence[str]) -> str:
     return "".join(
-        f'<span style="color:{colour};padding-left:1em;white-space:nowrap">\u25a0 {name}</span>'
+        '<span style="padding-left:1em;white-space:nowrap">'
+        f'<span style="color:{colour}">\u25a0</span> {name}</span>'
         for name, colour in zip(names, colours)
     )
 
@@ -252,6 +262,13 @@ def _add_plot(
 
 def _scales(scale: tuple[float, float], span: float) -> dict[str, Scale]:
     return {"x": {"time": False, "range": (-span, 0.0)}, "y": {"range": scale}}
+
+
+def _send(plot: GuiUplotHandle, columns: tuple[FloatArray, ...]) -> None:
+    """Draw ``columns``, unless the ``plot`` has them: viser would send the same ones again."""
+    pairs = zip(plot.data, columns)
+    if not all(np.array_equal(old, new, equal_nan=True) for old, new in pairs):
+        plot.data = columns
 
 
 def _is_due(drawn_at: float | None, time: float) -> bool:
@@ -306,7 +323,7 @@ class Curves:
         self._drawn_at = time
         self._history.advance(time)
         for plot, handle in zip(_PLOTS, self.plots):
-            handle.data = self._columns(plot)
+            _send(handle, self._columns(plot))
 
     def _columns(self, plot: _Plot) -> tuple[FloatArray, ...]:
         """Return ages, curves and limits as columns of equal length."""
@@ -342,6 +359,9 @@ class Curves:
 AXIS_NAMES = ("x", "y", "z")
 # The range of the plot of a swing, above and below zero, is at least and at most so large [m/s^2].
 LEAST_RANGE, MOST_RANGE = 0.5, 1e6
+# A curve that is less than half a pixel from zero is drawn as a straight line [m/s^2].
+LEAST_SEEN = LEAST_RANGE / PLOT_HEIGHT
+FLAT = (np.array((-SWING_SPAN, 0.0)), *np.zeros((AXES, 2)))
 
 
 class SwingCurves:
@@ -380,8 +400,9 @@ class SwingCurves:
             columns = self._columns()
             is_told = len(columns[0]) > 0
             if is_told:
-                self._fit(float(np.abs(columns[1:]).max()))
-                self.plot.data = columns
+                largest = float(np.abs(columns[1:]).max())
+                self._fit(largest)
+                _send(self.plot, columns if largest > LEAST_SEEN else FLAT)
             self._legend.visible = self.plot.visible = is_told
         return self.plot.visible
 

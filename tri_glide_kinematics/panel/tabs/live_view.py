@@ -7,6 +7,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -232,6 +233,7 @@ class LiveView:
         tabs: viser.GuiTabGroupHandle,
         requests: OperatorRequests,
         move_to: Callable[[Vector3], None],
+        shows: Callable[[str], bool],
         measurements: Path | None,
     ) -> None:
         """Add the tabs with numbers and curves.
@@ -241,11 +243,13 @@ class LiveView:
             tabs: to which they are added.
             requests: of the operator.
             move_to: goes to a position [m].
+            shows: tells whether any page has a tab open.
             measurements: file with those of a calibration; None for none.
         """
         self._server = server
         self._requests = requests
         self._move_to = move_to
+        self._shows = shows
         self._drawn: MachineFacts | None = None
         self._scene: Scene | None = None
         self._handle: GoToHandle | None = None
@@ -297,19 +301,19 @@ class LiveView:
         setpoint = feeds.motion.commanded
         measured = pose_of(feeds.motion.measured, facts)
         commanded = pose_of(setpoint.heights if setpoint is not None else None, facts)
-        with self._server.atomic():
-            for drawn, pose in ((scene.measured, measured), (scene.commanded, commanded)):
-                if pose is None:
-                    drawn.hide()
-                else:
-                    drawn.move(pose)
-            scene.show_target(feeds.target)
-            is_idle = feeds.status.state is IDLE
-            handle.follow(commanded.position if is_idle and commanded else feeds.target)
-            self._draw_curves(feeds.motion)
-            if measured is not None:
-                self._draw_trace(scene, measured.position)
-                self._draw_numbers(facts, measured, feeds)
+        machines = ((scene.measured, measured), (scene.commanded, commanded))
+        # viser looks for what there is to be sent at the end of each block.
+        if any(drawn.differs(pose) for drawn, pose in machines):
+            with self._server.atomic():
+                for drawn, pose in machines:
+                    drawn.show(pose)
+        scene.show_target(feeds.target)
+        is_idle = feeds.status.state is IDLE
+        handle.follow(commanded.position if is_idle and commanded else feeds.target)
+        self._draw_curves(feeds.motion)
+        if measured is not None:
+            self._draw_trace(scene, measured.position)
+            self._draw_numbers(facts, measured, feeds)
         self._shape(scene)
         self._map.draw()
 
@@ -326,7 +330,8 @@ class LiveView:
         # In silence they go on, too.
         if now - self._curves_at > LARGEST_LAG:
             self._curves_at = now
-        self._curves.draw(self._curves_at)
+        if self._shows("Curves"):
+            self._curves.draw(self._curves_at)
 
     def _draw_trace(self, scene: Scene, position: Vector3) -> None:
         if not self._trace or math.dist(self._trace[-1], position) > TRACE_STEP:
@@ -337,7 +342,7 @@ class LiveView:
             scene.show_lines("trace", np.array(self._trace))
 
     def _draw_numbers(self, facts: MachineFacts, pose: Pose, feeds: Feeds) -> None:
-        if self._is_due("numbers", NUMBERS_PERIOD):
+        if self._shows("Numbers") and self._is_due("numbers", NUMBERS_PERIOD):
             setpoint = feeds.motion.commanded
             velocities = setpoint.velocities if setpoint is not None else None
             if self._is_due("edge", EDGE_PERIOD):
@@ -362,6 +367,7 @@ class LiveView:
         return True
 
 
+@lru_cache(maxsize=4)
 def pose_of(heights: Vector3 | None, facts: MachineFacts) -> Pose | None:
     """Return where a machine is by its true heights [m]; None if that is not known."""
     if heights is None:
