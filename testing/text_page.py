@@ -83,6 +83,11 @@ class TextPage:
         """The words of all single buttons that are seen."""
         return [each["props"]["label"] for each in self._shown() if each["type"] == BUTTON]
 
+    @property
+    def kinds(self) -> set[str]:
+        """The kinds of all controls, whether they are seen or not."""
+        return {each["type"] for each in tuple(self._controls.values())}
+
     def value_of(self, label: str) -> Any:
         """Return what stands in the field with a ``label``."""
         return self._labelled(label)["value"]

@@ -155,7 +155,8 @@ class ProgramTab:
         buttons = gui.add_button_group("Motion", ("pause", "go on", "stop"))
         buttons.on_click(press_motion)
         slider = gui.add_slider("Override [%]", min=1, max=200, step=1, initial_value=100)
-        scale = NewestWish(requests.link, "override", "path_speed_scale")
+        name = "path_speed_scale"
+        scale = NewestWish(requests.link, "override", name, self._show_override)
         self._override = OperatorsInput(requests, slider, lambda percent: scale.set(0.01 * percent))
         # Texts change their height: below them, a button would move under the finger.
         self._progress = gui.add_html("")
@@ -172,7 +173,7 @@ class ProgramTab:
     def _step(self, facts: MachineFacts | None) -> None:
         if facts is not None and facts is not self._facts:
             self._facts = facts
-            self._override.set(max(1, round(100.0 * facts.values["path_speed_scale"])))
+            self._show_override()
             self._chosen.take_facts(facts)
         if not self._is_running and self._chosen.has_another_machine:
             self._load()
@@ -181,6 +182,11 @@ class ProgramTab:
             self._run.look(monotonic())
             if not self._is_running:
                 self._end_run(self._run)
+
+    def _show_override(self) -> None:
+        """Show what the machine has."""
+        if self._facts is not None:
+            self._override.set(max(1, round(100.0 * self._facts.values["path_speed_scale"])))
 
     def show(self) -> None:
         """Show on the pages what there is."""
