@@ -30,6 +30,7 @@ class TextPage:
         tab: that is open: only what it shows is read and pressed.
         strip: what stands above the page, by its kind: state, reason, refusal, pages.
         nodes: names of all that the scene has.
+        camera: where it stands and where it looks, as the panel has told it last [m].
     """
 
     def __init__(self, address: str, tab: str = "Drive") -> None:
@@ -37,6 +38,7 @@ class TextPage:
         self.tab = tab
         self.strip: dict[str, Any] = {}
         self.nodes: set[str] = set()
+        self.camera: dict[str, tuple[float, float, float]] = {}
         self._settings: dict[str, Any] = {}
         self._controls: dict[str, dict[str, Any]] = {}
         self._socket = page_reader.connected(address)
@@ -64,6 +66,9 @@ class TextPage:
             if "value" in updates:
                 control["value"] = updates["value"]
             control["props"].update(updates)
+        elif kind in ("SetCameraPositionMessage", "SetCameraLookAtMessage"):
+            name = "look_at" if "look_at" in message else "position"
+            self.camera[name] = message[name]
         elif kind == "RemoveSceneNodeMessage":
             self.nodes.discard(message["name"])
         elif "container_uuid" in message:

@@ -12,19 +12,15 @@ const on = (target, name, call, options = {}) =>
 
 // viser forgets what it sends of fields and buttons within 50 ms of another one, but for the newest: of a number that is
 // typed before Go, some digits. Here nothing is held back: its timer after such a message is over at once.
-const { sendMessage } = viser();
-const { setTimeout } = window;
+const { sendMessage } = viser(), { setTimeout } = window;
 let isInput = false;
 viser().sendMessage = (message) => {
   isInput = message.type === "GuiUpdateMessage";
   queueMicrotask(() => { isInput = false; });
   sendMessage(message);
 };
-window.setTimeout = (call, delay, ...rest) => {
-  const isOver = isInput && delay === 50;
-  isInput = false;
-  return isOver ? (call(), 0) : setTimeout(call, delay, ...rest);
-};
+window.setTimeout = (call, delay, ...rest) =>
+  isInput && delay === 50 ? void call() : setTimeout(call, delay, ...rest);
 // A box beside a slider would alter what is typed, too: it shows the number of the slider.
 on(document, "focusin", (event) => {
   if (event.target.closest?.(".mantine-Slider-root + *")) event.target.readOnly = true;
@@ -278,7 +274,7 @@ window.triGlide = {
   get stopped() { return stopped; },
   remove: () => {
     listening.abort();
-    Object.assign(window, { setTimeout });
+    window.setTimeout = setTimeout;
     clearInterval(look);
     clearInterval(padTimer);
     if (held) clearInterval(held.timer);

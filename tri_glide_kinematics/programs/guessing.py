@@ -42,6 +42,7 @@ _SIGNS = (
     (Dialect.KLIPPER, _COMMENT + rb"\b(klipper)\b", FIRST),
     (Dialect.REPRAP, _COMMENT + rb"\b(reprapfirmware)\b", FIRST),
     (Dialect.MARLIN, _LINE + rb"(M(?:8[234]|20[0-9]|900)\b|M73 [PQRS])", HEAD),
+    (Dialect.MARLIN, _LINE + rb"(M1(?:0[49]|[49]0)[ \t]*[SR][0-9.]+)", HEAD),
     (Dialect.MARLIN, _LINE + rb"(?:G92[ \t]*|G0?[0-3]\b[^\r\n;(]*)(E-?[0-9.]+)", HEAD),
 )
 _PATTERNS = tuple((dialect, re.compile(sign, re.IGNORECASE), end) for dialect, sign, end in _SIGNS)

@@ -396,19 +396,16 @@ class OperatorRequests:
 
     def hold(self, event: Event, direction: Vector3, speed: Callable[[], float]) -> None:
         """Jog at a ``speed`` [m/s] while a button is held: called again and again."""
-        page = event.client_id
-        if not self.may(page):
-            # Should it get the controls now, it has to press again.
-            self._hold.bar(page)
-            return
+        page, velocity = event.client_id, None
         try:
-            velocity = scaled(direction, speed())
+            velocity = scaled(direction, speed()) if self.may(page) else None
         except WrongNumberError as error:
             self.refuse(str(error))
+        if velocity is None:
             self._end_hold(page)
+            # Should it get the controls now, or show a number, it has to press again.
             self._hold.bar(page)
-            return
-        if self._hold.renew(page, direction, time.monotonic()):
+        elif self._hold.renew(page, direction, time.monotonic()):
             self.link.jog(velocity)
 
     def end_hold(self) -> None:

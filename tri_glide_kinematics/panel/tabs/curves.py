@@ -408,8 +408,6 @@ class SwingCurves:
 
 SHAPERS = TABLE["shaper"].choices
 NOT_HEARD = "no accelerometer is heard (imu/data_raw)"
-# Of fields for a mode that the shaper does not have: frequency [Hz] and damping [%].
-USUAL_MODE = (15.0, 5.0)
 
 # Frequency [Hz] and damping [%].
 ShownMode = tuple[float, float]
@@ -468,9 +466,14 @@ class SwingTab:
         self.curves = SwingCurves(gui)
         with gui.add_folder("Shaper"):
             self._shaper = OperatorsInput(requests, gui.add_dropdown("Kind", SHAPERS))
-            self._modes = [self._mode_fields(gui, "Mode")]
+            self._modes = [
+                [
+                    OperatorsNumber(requests, gui, f"{name} [{unit}]", number, least=0.0)
+                    for unit, number in (("Hz", 15.0), ("% damping", 5.0))
+                ]
+                for name in ("Mode", "2nd")
+            ]
             self._has_second = OperatorsInput(requests, gui.add_checkbox("A second mode", False))
-            self._modes.append(self._mode_fields(gui, "2nd"))
             button = gui.add_button("Set", color="blue", icon=viser.Icon.WAVE_SINE)
             button.on_click(requests.on(lambda _: self._set()))
             self._words = gui.add_html("")
@@ -502,14 +505,6 @@ class SwingTab:
             stamps = samples[:, 0]
             self.curves.add(stamps + self._times.offset(float(stamps[-1]), now), samples[:, 1:])
         self._silence.visible = not self.curves.draw(now)
-
-    def _mode_fields(self, gui: viser.GuiApi, name: str) -> tuple[OperatorsNumber, OperatorsNumber]:
-        """Add fields for frequency and damping of a mode."""
-        frequency, damping = (
-            OperatorsNumber(self._requests, gui, f"{name} [{unit}]", number, least=0.0)
-            for unit, number in zip(("Hz", "% damping"), USUAL_MODE)
-        )
-        return frequency, damping
 
     @property
     def wanted(self) -> Shaping:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from html import escape
 from typing import Any
@@ -21,7 +22,8 @@ from tri_glide_kinematics.panel.machine import (
     SpeedFields,
     note,
 )
-from tri_glide_kinematics.vectors import Vector3, scaled, three
+from tri_glide_kinematics.panel.machine_scene import view_of
+from tri_glide_kinematics.vectors import Vector3, plus, scaled, three
 
 HOLD, OWN = "hold", "own"
 STEPS = {"0.1": 1e-4, "1": 1e-3, "10": 1e-2}
@@ -54,6 +56,10 @@ TEACH_HINT = (
 )
 SPEED_HINT = "largest speed of the platform on its way"
 
+# From where the camera looks at the machine; None for where it stands on a new page. From above, y
+# is up on the page.
+VIEWS = {"top": (0.0, -1e-3, 1.0), "front": (0.0, -1.0, 0.0), "fit": None}
+
 # To a position or by a vector [m], at a speed [m/s].
 Move = Callable[[Vector3, float], None]
 
@@ -72,6 +78,8 @@ class DriveTab:
         self._gui = gui
         self._requests = requests
         self._move_by = move_by
+        # Facts of the machine, and those by which its values were shown.
+        self._facts: MachineFacts | None = None
         self._is_shown: MachineFacts | None = None
         link = requests.link
         power = gui.add_button_group("Machine", ("enable", "disable"))
@@ -111,6 +119,7 @@ class DriveTab:
             here = gui.add_button("Take the present position")
             here.on_click(requests.on(lambda _: self._take_present()))
         self._present: Vector3 | None = None
+        gui.add_button_group("View", tuple(VIEWS)).on_click(self._look)
 
     @property
     def go_speed(self) -> float:
@@ -135,6 +144,7 @@ class DriveTab:
         self._present = position or self._present
         if is_first:
             self._take_present()
+        self._facts = facts
         if facts is not self._is_shown:
             self._is_shown = facts
             self._scale.set(max(1, round(100.0 * facts.speed_scale)))
@@ -148,6 +158,17 @@ class DriveTab:
         if self._present is not None:
             for field, part in zip(self._place, self._present):
                 field.set(round(1000.0 * part, 2) + 0.0)
+
+    async def _look(self, event: Event) -> None:
+        """Turn the camera of the page on which a view was chosen; any page may."""
+        if event.client is None or self._facts is None:
+            return
+        position, middle = view_of(self._facts)
+        if direction := VIEWS.get(event.target.value):
+            position = plus(middle, scaled(direction, math.dist(position, middle)))
+        with event.client.atomic():
+            event.client.camera.position = position
+            event.client.camera.look_at = middle
 
     async def _set_teach_mode(self, event: Event) -> None:
         """Ask for it: any page may make the machine slow, as any may stop it, but not fast."""

@@ -32,7 +32,6 @@ CALIBRATION = "calibration"
 
 # Of a drive: step [µm], force [N], stiffness [N/mm].
 USUAL_DRIVE = {"Step [µm]": 10.0, "Force [N]": 100.0, "Stiffness [N/mm]": 100.0}
-DRIVE_HINT = "of each drive"
 
 # Places along each side of a map: all of them take some hundredths of a second.
 PLACES = 101
@@ -184,21 +183,16 @@ class MachineMap:
         with gui.add_folder("Map"):
             show = gui.add_dropdown("Show", kinds)
             height = gui.add_slider("Height [mm]", min=0, max=1, step=1, initial_value=0)
-            drive = gui.add_folder("Drive")
+            drive = gui.add_folder("Each drive")
             with drive:
                 self._drive = [
-                    OperatorsNumber(
-                        *(requests, gui, label, number),
-                        least=0.0,
-                        hint=DRIVE_HINT,
-                        on_change=lambda _: self._change(),
-                    )
+                    OperatorsNumber(requests, gui, label, number, least=0.0, on_change=self._change)
                     for label, number in USUAL_DRIVE.items()
                 ]
             self._legend = gui.add_html("")
         self._slider, self._fields = height, (height, drive)
         self._kind, self._height = (
-            OperatorsInput(requests, handle, lambda _: self._change()) for handle in (show, height)
+            OperatorsInput(requests, handle, self._change) for handle in (show, height)
         )
         self._show_fields()
 
@@ -214,7 +208,7 @@ class MachineMap:
             self._show_fields()
             self._draw(self._facts)
 
-    def _change(self) -> None:
+    def _change(self, _: object = None) -> None:
         self._is_due = True
 
     def _show_fields(self) -> None:

@@ -11,8 +11,12 @@ from time import monotonic
 import numpy as np
 import viser
 
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine import (
+    SLOWEST_SPEED,
+    USUAL_SPEED,
+    WARNING,
     MachineFacts,
     NewestWish,
     OperatorRequests,
@@ -125,6 +129,7 @@ class ProgramTab:
         self._facts: MachineFacts | None = None
         self._run: ProgramRun | None = None
         self._marked = 0
+        self._way = math.nan
         self._due = {"list": 0.0, "show": 0.0}
         self._drawing = ProgramDrawing(server.scene)
         uploads.on_file = self._take_file
@@ -138,6 +143,9 @@ class ProgramTab:
             self._choose_dialect,
         )
         self._line = OperatorsNumber(requests, gui, "From line", 1, least=1, is_whole=True)
+        self._approach = OperatorsNumber(
+            *(requests, gui, "To the start [mm/s]", USUAL_SPEED), least=SLOWEST_SPEED
+        )
         self._single_block = OperatorsInput(
             requests, gui.add_checkbox("Single block", initial_value=False), self._set_single_block
         )
@@ -296,12 +304,14 @@ class ProgramTab:
         if reason:
             self._requests.refuse(f"nothing begun: {reason}")
             return
+        self._way = math.nan
         try:
             self._run = ProgramRun(
                 self._link,
                 from_line(read.program, int(self._line.value)),
                 single_block=self._single_block.value,
                 kept=self._kept,
+                approach=0.001 * self._approach.value,
             )
         except KinematicsError as error:
             self._requests.refuse(shown_text(str(error), Path(read.program.file)))
@@ -328,7 +338,10 @@ class ProgramTab:
         """Offer to go on from where a run has ended."""
         self._line.set(1 if run.is_whole else max(run.line, 1))
         failed = next((each for each in run.reports if not each.is_good), None)
-        if failed is not None and failed.text:
+        if run.was_stopped:
+            text = f"{self._chosen.name}: stopped at line {run.line:,}"
+            self._requests.history.add(WARNING, text)
+        elif failed is not None and failed.text:
             self._requests.refuse(f"{self._chosen.name}: {failed.text}")
 
     def _goes_on(self) -> bool:
@@ -356,7 +369,10 @@ class ProgramTab:
         # With single blocks, the machine knows no more than a line.
         way = math.nan
         if machine is not None and self._is_running and not self._single_block.value:
-            way = machine.way_remaining
+            # A jog while it is paused, and the way back, have ways of their own.
+            if machine.target_kind == MachineState.TARGET_PATH:
+                self._way = machine.way_remaining
+            way = self._way
         left = chosen.time_left(line, way)
         if left is not None and chosen.check is not None and chosen.check.duration:
             part = 1.0 - left / chosen.check.duration
