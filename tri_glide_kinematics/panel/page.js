@@ -125,8 +125,8 @@ on(document, "click", (event) => { if (event.detail > 0) event.target.closest?.(
 const mark = () => {
   const on = JSON.parse(document.querySelector("[data-on]")?.dataset.on ?? "{}");
   for (const button of document.querySelectorAll("button.mantine-Button-root")) {
-    const isOn = on[button.textContent.trim()];
-    if (isOn !== undefined) button.setAttribute("aria-pressed", String(isOn));
+    const isOn = String(on[button.textContent.trim()] ?? null);
+    if (isOn !== "null" && button.ariaPressed !== isOn) button.ariaPressed = isOn;
   }
   const place = document.querySelector("[data-keys]");
   const why = whyDead() || (isTyping(document.activeElement ?? document) ? "a field or a tab has the focus" : "");
