@@ -34,6 +34,7 @@ class TextPage:
         nodes: names of all that the scene has.
         plots: how often curves were sent.
         loads: bytes that came up to each sign of life, since the one before.
+        camera: where it stands and where it looks, as the panel has told it last [m].
     """
 
     def __init__(self, address: str, tab: str = "Drive") -> None:
@@ -44,6 +45,7 @@ class TextPage:
         self.plots = 0
         self.loads: list[int] = []
         self._load = 0
+        self.camera: dict[str, tuple[float, float, float]] = {}
         self._settings: dict[str, Any] = {}
         self._controls: dict[str, dict[str, Any]] = {}
         self._socket = page_reader.connected(address)
@@ -78,6 +80,9 @@ class TextPage:
             if "value" in updates:
                 control["value"] = updates["value"]
             control["props"].update(updates)
+        elif kind in ("SetCameraPositionMessage", "SetCameraLookAtMessage"):
+            name = "look_at" if "look_at" in message else "position"
+            self.camera[name] = message[name]
         elif kind == "RemoveSceneNodeMessage":
             self.nodes.discard(message["name"])
         elif "container_uuid" in message:
@@ -110,6 +115,11 @@ class TextPage:
     def buttons(self) -> list[str]:
         """The words of all single buttons that are seen."""
         return [each["props"]["label"] for each in self._shown() if each["type"] == BUTTON]
+
+    @property
+    def kinds(self) -> set[str]:
+        """The kinds of all controls, whether they are seen or not."""
+        return {each["type"] for each in tuple(self._controls.values())}
 
     def value_of(self, label: str) -> Any:
         """Return what stands in the field with a ``label``."""

@@ -106,6 +106,7 @@ def test_a_mistake_gets_one_line(answer, line, words):
         (f"ringdown {SWING} --machine", "either files, or --machine"),
         (f"ringdown {SWING} --heights", "--heights is for --machine"),
         (f"ringdown {SWING} --from soon", "--from"),
+        ("drive program_example.gcode --approach 0", "--approach is 0, must be at least 0.01 mm/s"),
         (f"ringdown {SWING} --to nan", "--to"),
         (f"ringdown {SWING} --shaper best", "--shaper"),
         ("draw_motion short.nc --rate 0", "--rate 0: must be from 1 to 100000 Hz"),

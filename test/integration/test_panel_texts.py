@@ -6,6 +6,7 @@ What takes a browser is in ``test_panel.py``: what is drawn, and what a page doe
 from __future__ import annotations
 
 import math
+import re
 import signal
 from collections.abc import Iterator
 from contextlib import closing
@@ -17,6 +18,7 @@ from std_srvs.srv import SetBool
 from testing.panel import Panel
 from testing.text_page import RENEWALS, TextPage
 from tri_glide_kinematics.panel.programs import FROM_SETTINGS
+from tri_glide_kinematics.panel.tabs.program_tab import SHOW_PERIOD
 from tri_glide_kinematics.programs import PathStep, load_drive
 
 pytestmark = pytest.mark.slow
@@ -137,19 +139,34 @@ def test_only_what_is_new_and_seen_is_sent(panel: Panel, page: TextPage) -> None
         )
 
 
+def part_done(operator: TextPage) -> int:
+    """Return how much of a program the bar shows to be done [%]."""
+    found = re.search(r"(\d+) % (?:running|waiting)", operator.text)
+    assert found
+    return int(found.group(1))
+
+
 def test_a_program_runs_is_paused_jogged_and_goes_on_where_it_was(
     panel: Panel, operator: TextPage
 ) -> None:
     operator.upload("square.ngc", SQUARE)
     panel.read_until(operator, "-20 to 60 mm")
+    operator.click("check")
+    panel.read_until(operator, "duration 0:")
+    # So slow that a busy computer can pause it.
+    operator.set("Override [%]", 20)
     operator.click("run")
     panel.read_until(operator, "running: line 4 of 8")
     panel.read_until(operator, "G1 X60")
     operator.click("pause")
     panel.machine.wait_for_state("paused")
+    operator.set("Override [%]", 100)
     panel.client.wait_for(lambda: panel.is_at_rest, "rest on the path")
     paused = panel.position
     assert -0.02 < paused[0] < 0.06
+    panel.client.spin_for(2.0 * SHOW_PERIOD)
+    done = part_done(operator)
+    assert 0 < done < 100
     # Held by a topic: a jog by hand is the same to the machine.
     for _ in range(20):
         panel.client.send_twist((0.0, 0.05, 0.0))
@@ -157,6 +174,8 @@ def test_a_program_runs_is_paused_jogged_and_goes_on_where_it_was(
     panel.machine.wait_for_state("idle")
     panel.read_until(operator, "moved while the path was paused")
     assert panel.position[1] > 0.005
+    panel.client.spin_for(2.0 * SHOW_PERIOD)
+    assert abs(part_done(operator) - done) <= 1
     positions = []
     operator.click("go on")
     panel.client.wait_for(
@@ -179,7 +198,16 @@ def test_a_run_that_is_stopped_goes_on_from_its_line(panel: Panel, operator: Tex
     operator.click("stop")
     panel.read_until(operator, "ended: line 4 of 8")
     assert operator.value_of("From line") == "4"
+    # The operator's own stop is no refusal.
+    panel.client.spin_for(2.0 * SHOW_PERIOD)
+    assert "stopped.ngc" not in operator.strip["refusal"]
+    # The way back is no faster than the operator wants.
+    panel.client.send_pose((0.0, -0.03, 0.26))
+    panel.wait_until_at((0.0, -0.03, 0.26))
+    operator.set("To the start [mm/s]", "20")
     operator.click("run")
+    panel.read_until(operator, "20.0 mm/s")
+    operator.set("To the start [mm/s]", "50")
     panel.read_until(operator, "waiting: line 5 of 8")
     # Stop of the page ends what only waits, too.
     operator.stop()
@@ -249,6 +277,11 @@ def test_a_page_that_only_looks_on_may_stop_a_program(
 # Driving
 
 
+def test_no_field_alters_what_is_typed_until_it_is_a_number(page: TextPage) -> None:
+    """So do those of viser for numbers: 0.4 would be 4, and 2,5 be 25."""
+    assert not {"GuiNumberMessage", "GuiVector2Message", "GuiVector3Message"} & page.kinds
+
+
 def test_steps_add_up(panel: Panel, page: TextPage) -> None:
     page.click("1")
     panel.read_until(page, "each press moves by 1 mm")
@@ -263,6 +296,31 @@ def test_steps_add_up(panel: Panel, page: TextPage) -> None:
     panel.read_until(page, "moves while it is held")
 
 
+def test_an_own_step_and_views(panel: Panel, page: TextPage) -> None:
+    page.click("own")
+    panel.read_until(page, "each press moves by the own step")
+    for typed, y in (("2,5", 0.0025), ("-1", 0.0025), ("0.5", 0.003)):
+        page.set("Own step [mm]", typed)
+        page.click("Y+")
+        if typed == "-1":
+            panel.read_until(page, "nothing done: Own step [mm]: '-1' must be a number")
+        panel.wait_until_at((0.0, y, 0.25))
+    page.click("hold")
+    panel.read_until(page, "moves while it is held")
+
+    def camera(view: str) -> np.ndarray:
+        page.camera.clear()
+        page.click(view)
+        panel.client.wait_for(lambda: len(page.camera) == 2, view)
+        return np.subtract(page.camera["position"], page.camera["look_at"])
+
+    top, front, fit = map(camera, ("top", "front", "fit"))
+    distance = np.linalg.norm(fit)
+    assert top == pytest.approx((0.0, 0.0, distance), abs=0.01 * distance)
+    assert front == pytest.approx((0.0, -distance, 0.0), abs=1e-6)
+    assert min(abs(fit)) > 0.05
+
+
 def test_a_shaper_is_switched_and_a_refusal_tells_number_and_bound(
     panel: Panel, page: TextPage
 ) -> None:
@@ -274,7 +332,8 @@ def test_a_shaper_is_switched_and_a_refusal_tells_number_and_bound(
     panel.client.send_pose((0.0, 0.0, 0.4))
     panel.wait_for_motion()
     page.set("Kind", "zvd")
-    page.set("Mode [Hz, %]", (18.5, 4.0))
+    page.set("Mode [Hz]", "18,5")
+    page.set("Mode [% damping]", "4")
     page.click("Set")
     panel.read_until(page, f"from the next rest on: {told}")
     assert panel.machine.states[-1].shaper_waits
@@ -285,14 +344,15 @@ def test_a_shaper_is_switched_and_a_refusal_tells_number_and_bound(
     assert not panel.machine.states[-1].shaper_waits
     # All of it or nothing.
     page.set("Kind", "none")
-    page.set("Mode [Hz, %]", (900.0, 4.0))
+    page.set("Mode [Hz]", "900")
     page.click("Set")
     panel.read_until(page, "900 Hz must be at most 500 Hz")
     assert f"in force: {told}" in page.text
+    panel.client.wait_for(lambda: page.value_of("Mode [Hz]") == "18.5", "what holds")
     # What another has set.
     panel.client.set_parameters("ik_node", {"shaper": "none", "mode_frequencies": [15.0]})
     panel.client.wait_for(lambda: page.value_of("Kind") == "none", "what another has set")
-    panel.client.wait_for(lambda: page.value_of("Mode [Hz, %]")[0] == 15.0, "and the frequency")
+    panel.client.wait_for(lambda: page.value_of("Mode [Hz]") == "15", "and the frequency")
 
 
 def test_points_are_taught_driven_paused_and_saved(panel: Panel, page: TextPage) -> None:

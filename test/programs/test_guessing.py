@@ -9,6 +9,8 @@ PRINTED = "G28\nG1 X1 E.5 F600\n"
 SHOWN = {
     "words of printers": ("G21\nM83\nG1 X1\n", Dialect.MARLIN, 2, "M83"),
     "a number of a line": ("N1 G21\r\nN2 M104 S200\r\nN3 M84\r\n", Dialect.MARLIN, 3, "M84"),
+    # A mill's own M104 has P and Q.
+    "heaters": ("G28\nM104 S200\nG1 X1 F600\n", Dialect.MARLIN, 2, "M104 S200"),
     "extrusion": ("G21\n;M83\nG1 X1 E0.5\n", Dialect.MARLIN, 3, "E0.5"),
     "Cura": (";FLAVOR:Marlin\nSET_A B=1\n", Dialect.MARLIN, 1, ";FLAVOR:Marlin"),
     "names in a file of Cura": (
@@ -55,7 +57,7 @@ def test_a_dialect_is_seen_by_what_only_it_has(name):
         # M73 without a word keeps the modes of a subroutine in LinuxCNC.
         "M73\nG1 X1 F5\n",
         # Numbers of M that belong to whoever builds a mill.
-        "M106\nG4 P2\nM107\n",
+        "M106\nG4 P2\nM107\nM104 P3\n",
         # Its F would be per second.
         "(roughing, delta x 0.2)\nG1 X1 F5\n",
         "(E5 M83)\nG1 X1 F5 ; E5\n",

@@ -208,7 +208,7 @@ def test_all_kinds_of_steps_are_driven(machine):
     assert path.time < machine.now - begin
     assert 0.018 < path.length < 0.02
     assert 0.0005 < path.deviation <= 0.001
-    assert machine.said[0] == "line 3: to the start of the path"
+    assert machine.said[0] == "line 3: to the start of the path at 50 mm/s"
     assert machine.said[1:3] == ["line 3: path of 2 segments", "line 5: output spindle 0 is 500"]
 
 
@@ -318,7 +318,30 @@ def test_it_goes_on_from_where_it_was_left_after_a_stop_of_the_program(machine):
     run.go_on()
     drive(machine, run)
     assert run.is_whole
-    assert machine.said.count("line 3: to the start of the path") == 1
+    assert machine.said.count("line 3: to the start of the path at 50 mm/s") == 1
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.02])
+def test_the_way_to_the_start_is_as_fast_as_the_operator_wants(machine, speed):
+    # Where nobody says anything, it is calm.
+    options = {} if speed == 0.05 else {"approach": speed}
+    run = run_of(machine, "G0 X10 Y0 Z40\nM1\nG1 X20 F60\nM2\n", **options)
+    drive(machine, run, RunState.WAITING)
+    machine.controller.move_to((0.04, 0.0, 0.3))
+    pass_time(machine, run, 2.0)
+    run.go_on()
+    speeds = []
+    drive_until(
+        machine,
+        run,
+        lambda: (
+            speeds.append(machine.controller.progress.speed)
+            or machine.said[-1] == "line 3: path of 1 segment"
+        ),
+    )
+    assert max(speeds) == pytest.approx(speed, rel=1e-3)
+    assert f"line 3: to the start of the path at {1000.0 * speed:g} mm/s" in machine.said
+    assert machine.moves[-1] == pytest.approx((0.01, 0.0, 0.29))
 
 
 def test_a_paused_path_that_is_left_for_a_target_goes_on_where_it_was(machine):
@@ -362,6 +385,7 @@ def test_the_platform_rests_before_the_spindle_is_off(machine, ending):
     assert is_at_rest(machine)
     drive(machine, run)
     assert not run.is_whole
+    assert run.was_stopped == (ending != "another command")
     assert any("at line 3" in report.text for report in run.reports)
     # What else is on stays on.
     assert machine.told[3:] == [("flood", 0.0), ("spindle", 0.0)]

@@ -30,6 +30,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import PARAMETERS, SETTINGS, find_file
 from tri_glide_kinematics.picture_commands import add_file, add_unit
 from tri_glide_kinematics.programs import (
+    APPROACH_SPEED,
     POINTS_ENDING,
     PROGRAM_ENDINGS,
     START_TIMEOUT,
@@ -73,6 +74,9 @@ NAP = 0.02
 
 # After a program was checked, what came meanwhile is taken in for this long [s].
 CATCHING_UP = 0.1
+
+# Of the way to where a program begins [mm/s].
+SLOWEST = 0.01
 
 # How often the line of progress is written [s].
 PROGRESS_PERIOD = 0.1
@@ -284,6 +288,7 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
             work,
             single_block=options.single_block,
             kept=kept,
+            approach=0.001 * options.approach,
             say=terminal.say,
         )
         if isinstance(work, Program):
@@ -356,6 +361,13 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="wait for Enter before each line of a program that does something",
     )
+    parser.add_argument(
+        "--approach",
+        type=float,
+        default=1000.0 * APPROACH_SPEED,
+        metavar="MM_PER_S",
+        help="speed of the way to where a program begins or goes on (default: %(default)g)",
+    )
     add_file(
         parser,
         "--progress",
@@ -391,9 +403,11 @@ def main() -> int:
         refuse(given & {"unit"}, f"is for points: their names end in {POINTS_ENDING}")
     if _begin(arguments) < 1:
         refuse(("from",), f"is {_begin(arguments)}, must be at least 1, the first line")
+    if not SLOWEST <= arguments.approach < math.inf:
+        refuse(("approach",), f"is {arguments.approach:g}, must be at least {SLOWEST:g} mm/s")
     if arguments.check:
         refuse(
-            given & {"go_on", "single_block", "progress"},
+            given & {"go_on", "single_block", "progress", "approach"},
             "is not for --check, which drives nothing",
         )
     else:

@@ -10,6 +10,22 @@ const listening = new AbortController();
 const on = (target, name, call, options = {}) =>
   target.addEventListener(name, call, { ...options, signal: listening.signal });
 
+// viser forgets what it sends of fields and buttons within 50 ms of another one, but for the newest: of a number that is
+// typed before Go, some digits. Here nothing is held back: its timer after such a message is over at once.
+const { sendMessage } = viser(), { setTimeout } = window;
+let isInput = false;
+viser().sendMessage = (message) => {
+  isInput = message.type === "GuiUpdateMessage";
+  queueMicrotask(() => { isInput = false; });
+  sendMessage(message);
+};
+window.setTimeout = (call, delay, ...rest) =>
+  isInput && delay === 50 ? void call() : setTimeout(call, delay, ...rest);
+// A box beside a slider would alter what is typed, too: it shows the number of the slider.
+on(document, "focusin", (event) => {
+  if (event.target.closest?.(".mantine-Slider-root + *")) event.target.readOnly = true;
+});
+
 const style = document.createElement("style");
 style.textContent = settings.css;
 document.head.append(style);
@@ -80,8 +96,12 @@ on(document, "visibilitychange", () => { if (document.hidden) release(); else he
 // A key, or a direction of a gamepad, presses the button with this data-key: only one that is seen, while the operator has
 // switched that on, and the page has the controls and the focus.
 const buttonOf = (key) => {
-  if (!hasControls || document.hidden || !document.hasFocus()) return null;
+  if (whyDead()) return null;
   return [...document.querySelectorAll("[data-key]")].find((each) => each.dataset.key === key && each.offsetParent) ?? null;
+};
+const whyDead = () => {
+  if (!hasControls) return "this page does not have the controls";
+  return document.hidden || !document.hasFocus() ? "this page is not in front" : "";
 };
 const isTyping = (target) =>
   target.closest?.("input:not([type=checkbox]), textarea, select, [contenteditable], [role=slider], [role=tab], [role=option], [role=combobox]");
@@ -98,6 +118,21 @@ on(window, "keydown", (event) => {
   else press(button.dataset.press);
 }, { capture: true });
 on(window, "keyup", (event) => releaseBy(event.key), { capture: true });
+// A click on a tab leaves the focus there, where arrows choose tabs. Who came by keys wants just that.
+on(document, "click", (event) => { if (event.detail > 0) event.target.closest?.("[role=tab]")?.blur(); });
+
+// What viser does not show: which buttons of groups are on, and whether keys act.
+const mark = () => {
+  const on = JSON.parse(document.querySelector("[data-on]")?.dataset.on ?? "{}");
+  for (const button of document.querySelectorAll("button.mantine-Button-root")) {
+    const isOn = String(on[button.textContent.trim()] ?? null);
+    if (isOn !== "null" && button.ariaPressed !== isOn) button.ariaPressed = isOn;
+  }
+  const place = document.querySelector("[data-keys]");
+  const why = whyDead() || (isTyping(document.activeElement ?? document) ? "a field or a tab has the focus" : "");
+  const words = why ? `keys do nothing: ${why}` : "keys move the machine";
+  if (place && place.textContent !== words) place.textContent = words;
+};
 
 // A gamepad (standard mapping): with a shoulder button held, the left stick or the cross moves along x and y, the right stick
 // along z. Only where a stick is clearly pushed, and along one axis at a time, at the speed of the page.
@@ -244,6 +279,7 @@ const nameControls = () => {
 const look = setInterval(() => {
   tellTab();
   nameControls();
+  mark();
   // The canvas ends where viser's own panel begins.
   const canvas = document.querySelector("canvas");
   if (canvas) document.documentElement.style.setProperty("--strip-width", canvas.clientWidth + "px");
@@ -272,6 +308,7 @@ window.triGlide = {
   get stopped() { return stopped; },
   remove: () => {
     listening.abort();
+    window.setTimeout = setTimeout;
     clearInterval(look);
     clearInterval(padTimer);
     if (held) clearInterval(held.timer);

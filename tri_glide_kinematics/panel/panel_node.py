@@ -287,7 +287,7 @@ class PanelNode(Node):
             self._swing.show(self._facts, waits=self._feeds.status.message.shaper_waits)
             self._swing.draw(self._feeds.swing)
         if self._facts is not None:
-            self._drive.show(self._facts, self._commanded_position())
+            self._drive.show(self._facts, self._commanded_position(), self._feeds.status.state)
             self._view.draw(self._facts, self._feeds)
 
     def _look_for_refusals(self) -> None:

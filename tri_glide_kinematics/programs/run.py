@@ -48,6 +48,10 @@ REST_TIMEOUT = 10.0
 # A path goes on if the way that is driven on it has grown by more than this [m].
 PAUSED_WITHIN = 1e-4
 
+# Of the platform on its way to where a program begins or goes on, if nobody has chosen another: it
+# may lead past anything [m/s].
+APPROACH_SPEED = 0.05
+
 # Outputs that a program which ends before its end does not leave on.
 SWITCHED_OFF = ("spindle", "flood", "mist")
 
@@ -266,10 +270,13 @@ class _StepDriver:
         is_out_of_hand: whether it is of no use to wait until the platform rests.
     """
 
-    def __init__(self, machine: ProgramMachine, frame: str, status: _Status) -> None:
+    def __init__(
+        self, machine: ProgramMachine, frame: str, status: _Status, approach: float
+    ) -> None:
         self._machine = machine
         self._frame = frame
         self._status = status
+        self._approach = approach
         self._place: Vector3 | None = None
         self.goal: ProgramGoal | None = None
         self.pause = _Pause()
@@ -284,8 +291,9 @@ class _StepDriver:
         if self.is_elsewhere:
             # Outputs, too, change where the program has them change.
             if place is not None:
-                self._status.begin(f"{self._status.name}: to the start of the path")
-                way = self._machine.move_to(place, self._frame, kind="linear")
+                speed = f"{1000.0 * self._approach:g} mm/s"
+                self._status.begin(f"{self._status.name}: to the start of the path at {speed}")
+                way = self._machine.move_to(place, self._frame, self._approach, "linear")
                 report = yield from self._pursue(step, way)
                 if not report.is_good:
                     return report
@@ -441,6 +449,7 @@ class ProgramRun:
         *,
         single_block: bool = False,
         kept: Path | None = None,
+        approach: float = APPROACH_SPEED,
         say: Callable[[str], object] = lambda text: None,
     ) -> None:
         """Prepare to run a ``program``; nothing moves before ``look`` is called.
@@ -450,6 +459,7 @@ class ProgramRun:
             program: what is driven.
             single_block: whether it waits before each line but the first.
             kept: file that says how far a program in G-code came; None for no such file.
+            approach: speed of the way to where the program begins or goes on [m/s].
             say: gets each thing that is begun, and each failure, in words.
         """
         self.single_block = single_block
@@ -457,7 +467,7 @@ class ProgramRun:
         self._machine = machine
         self._status = _Status(RunState.RUNNING, program.steps[0].line_at(), say)
         frame = program.frame if isinstance(program, DriveFile) else ""
-        self._driver = _StepDriver(machine, frame, self._status)
+        self._driver = _StepDriver(machine, frame, self._status, approach)
         self._keeper: LineKeeper | None = None
         if kept is not None and isinstance(program, Program):
             self._keeper = LineKeeper(kept, program, say)
@@ -488,6 +498,12 @@ class ProgramRun:
     def waits_at(self) -> ProgramStop | None:
         """The stop of the program at which it is WAITING; None between two lines."""
         return self._driver.waits_at
+
+    @property
+    def was_stopped(self) -> bool:
+        """Whether somebody has stopped it, and it has come to rest."""
+        lost = any(each.result == "lost" for each in self.reports)
+        return self.state is RunState.ENDED and self._status.is_stopped and not lost
 
     @property
     def is_whole(self) -> bool:

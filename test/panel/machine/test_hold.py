@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tri_glide_kinematics.control import IDLE, JOGGING, STOPPING, Cause
 from tri_glide_kinematics.panel.machine import RENEWALS, JogWatch
 from tri_glide_kinematics.panel.machine.operator_requests import LONGEST_GAP, HeldJog
@@ -47,11 +49,13 @@ def test_a_jog_that_somebody_has_ended_is_seen_by_the_state() -> None:
     assert not watch.has_ended(IDLE, Cause.STOP_ASKED), "it was told already"
 
 
-def test_late_twists_are_no_end_but_a_stop_after_them_is() -> None:
+@pytest.mark.parametrize("cause", [Cause.TWISTS_SILENT, Cause.RELEASED])
+def test_late_twists_and_a_release_are_no_end_but_a_stop_after_them_is(cause: Cause) -> None:
     watch = JogWatch()
     watch.has_ended(JOGGING, Cause.COMMAND)
-    assert not watch.has_ended(STOPPING, Cause.TWISTS_SILENT)
-    assert not watch.has_ended(IDLE, Cause.TWISTS_SILENT)
+    # After a release, another button may be held by now.
+    assert not watch.has_ended(STOPPING, cause)
+    assert not watch.has_ended(IDLE, cause)
     assert watch.has_ended(IDLE, Cause.STOP_ASKED)
 
 

@@ -21,23 +21,28 @@ class Link:
 
 
 def test_the_newest_wish_is_sent_when_the_one_before_is_answered():
-    link = Link()
-    wish = NewestWish(link, "override", "path_speed_scale")
+    link, shown = Link(), []
+    wish = NewestWish(link, "override", "path_speed_scale", lambda: shown.append("what holds"))
     for value in (0.5, 0.6, 0.7):
         wish.set(value)
     assert link.sent == [("override", {"path_speed_scale": 0.5})]
-    link.answer()
+    # The newest may hold, though one before was refused.
+    link.answer(False)
     assert link.sent[1:] == [("override", {"path_speed_scale": 0.7})]
-    link.answer()
+    link.answer(True)
+    assert not shown
     wish.set(0.8)
     assert [values["path_speed_scale"] for _, values in link.sent] == [0.5, 0.7, 0.8]
+    link.answer(False)
+    assert shown == ["what holds"]
 
 
-def test_a_wish_that_nobody_takes_holds_up_no_other():
-    link = Link()
-    wish = NewestWish(link, "override", "path_speed_scale")
+def test_a_wish_that_nobody_takes_is_shown_no_more_and_holds_up_no_other():
+    link, shown = Link(), []
+    wish = NewestWish(link, "override", "path_speed_scale", lambda: shown.append("what holds"))
     link.is_there = False
     wish.set(0.5)
+    assert shown == ["what holds"]
     link.is_there = True
     wish.set(0.6)
     assert link.sent == [("override", {"path_speed_scale": 0.6})]

@@ -67,7 +67,7 @@ class TwoPages:
         """Hold a button for so many messages; return the twists that come of it."""
         self.twists.clear()
         for _ in range(count):
-            self.requests.hold(self.event(page), X, SPEED)
+            self.requests.hold(self.event(page), X, lambda: SPEED)
             self.probe.spin_for(1.0 / RENEWALS)
         return list(self.twists)
 
@@ -139,8 +139,8 @@ def test_what_was_ended_elsewhere_has_to_be_released_too(pages: TwoPages) -> Non
 def test_who_only_looks_on_does_not_end_the_jog_of_the_operator(pages: TwoPages) -> None:
     pages.twists.clear()
     for _ in range(10):
-        pages.requests.hold(pages.event(OPERATOR), X, SPEED)
-        pages.requests.hold(pages.event(OTHER), Y, SPEED)
+        pages.requests.hold(pages.event(OPERATOR), X, lambda: SPEED)
+        pages.requests.hold(pages.event(OTHER), Y, lambda: SPEED)
         pages.probe.spin_for(1.0 / RENEWALS)
         pages.release(OTHER)
     assert set(pages.twists) == {SPEED}

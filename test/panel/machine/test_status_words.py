@@ -85,7 +85,7 @@ def test_where_the_machine_is_and_what_is_left() -> None:
     status = MachineStatus(told())
     assert status.position == "X 12.35  Y −20.00  Z 250.00  mm"
     assert status.speed == "12.3 mm/s"
-    assert status.left == "segment 5 · 124.5 mm · 1:12 left"
+    assert status.left == "segment 5 · 124.5 mm · 1:12 left of this path"
     slow = MachineStatus(told(speed_scale=0.4, path_speed_scale=1.5))
     assert slow.speed == "12.3 mm/s · speed 40 % · F 150 %"
 

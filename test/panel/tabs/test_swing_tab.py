@@ -15,6 +15,7 @@ from viser import GuiEvent
 
 from testing.client import Probe
 from testing.swings import strongest_frequency
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine import (
     MachineFacts,
     MachineLink,
@@ -58,13 +59,16 @@ class Rig:
     def fields(self) -> tuple[Any, ...]:
         """What the page shows."""
         tab = self.tab
-        return (tab._shaper._handle.value, *(mode._handle.value for mode in tab._modes))
+        modes = tab._modes if tab._has_second._handle.value else tab._modes[:1]
+        shown = (tuple(float(field._input._handle.value) for field in mode) for mode in modes)
+        return (tab._shaper._handle.value, *shown)
 
-    def type(self, number: int, mode: tuple[float, float], page: int = OPERATOR) -> None:
-        """Type a mode into its field."""
-        field = self.tab._modes[number]
-        field._handle.value = mode
+    def type(self, frequency: str, page: int = OPERATOR) -> None:
+        """Type the frequency of the first mode."""
+        field = self.tab._modes[0][0]._input
+        field._handle.value = frequency
         asyncio.run(field._take(GuiEvent(None, page, field._handle)))  # type: ignore[arg-type]
+        self.requests.fulfil()
 
 
 @pytest.fixture
@@ -110,7 +114,7 @@ def test_the_curve_has_the_frequency_of_the_simulated_swing(rig: Rig) -> None:
 
 def test_the_fields_show_what_the_machine_has(rig: Rig) -> None:
     rig.tab.show(FACTS, waits=False)
-    assert rig.fields == ("none", (15.0, 5.0), (0.0, 0.0))
+    assert rig.fields == ("none", (15.0, 5.0))
     assert "in force: no shaper" in rig.words
     rig.tab.show(TWO_MODES, waits=True)
     assert rig.fields == ("zvd", (12.5, 3.5), (31.25, 0.0))
@@ -121,13 +125,13 @@ def test_the_fields_show_what_the_machine_has(rig: Rig) -> None:
 
 def test_what_is_being_typed_stays_until_the_machine_has_something_else(rig: Rig) -> None:
     rig.tab.show(FACTS, waits=False)
-    rig.type(0, (18.0, 4.0))
+    rig.type("18")
     rig.tab.show(FACTS.with_changes({"speed_scale": 0.5}), waits=False)
-    assert rig.fields[1] == (18.0, 4.0)
+    assert rig.fields[1] == (18.0, 5.0)
     rig.tab.show(FACTS.with_changes({"mode_frequencies": (20.0,)}), waits=False)
     assert rig.fields[1] == (20.0, 5.0)
     # An ik_node that was started anew has what it has.
-    rig.type(0, (18.0, 4.0))
+    rig.type("18")
     rig.tab.show(None, waits=False)
     assert rig.words == ""
     rig.tab.show(FACTS.with_changes({"mode_frequencies": (20.0,)}), waits=False)
@@ -136,7 +140,7 @@ def test_what_is_being_typed_stays_until_the_machine_has_something_else(rig: Rig
 
 def test_a_page_without_the_controls_changes_no_field(rig: Rig) -> None:
     rig.tab.show(FACTS, waits=False)
-    rig.type(0, (18.0, 4.0), OTHER)
+    rig.type("18", OTHER)
     assert rig.fields[1] == (15.0, 5.0)
     assert "the controls are with page 1" in rig.requests.refusal
 
@@ -149,6 +153,17 @@ def test_one_damping_is_that_of_all_modes() -> None:
 def test_with_nobody_there_a_shaper_is_refused(rig: Rig) -> None:
     rig.tab._set()
     assert rig.refusals == ["shaper: nobody answers as /swinging/ik_node"]
+
+
+def test_no_frequency_means_that_there_is_no_second_mode(rig: Rig) -> None:
+    rig.tab.show(TWO_MODES, waits=False)
+    assert rig.tab.wanted == Shaping.of(TWO_MODES)
+    rig.tab._modes[1][0].set(0.0)
+    assert rig.tab.wanted.modes == ((12.5, 3.5), (0.0, 0.0))
+    rig.type("")
+    with pytest.raises(KinematicsError, match=r"nothing done: Mode \[Hz\]: '' must be a number"):
+        _ = rig.tab.wanted
+    assert rig.fields[1] == (12.5, 3.5)
 
 
 def test_percent_are_sent_as_typed() -> None:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.machine.link import SteadyTimes as SteadyTimes
     from tri_glide_kinematics.panel.machine.link import SwingFeed as SwingFeed
     from tri_glide_kinematics.panel.machine.operator_requests import RENEWALS as RENEWALS
+    from tri_glide_kinematics.panel.machine.operator_requests import SLOWEST_SPEED as SLOWEST_SPEED
+    from tri_glide_kinematics.panel.machine.operator_requests import USUAL_SPEED as USUAL_SPEED
     from tri_glide_kinematics.panel.machine.operator_requests import Entry as Entry
     from tri_glide_kinematics.panel.machine.operator_requests import Event as Event
     from tri_glide_kinematics.panel.machine.operator_requests import JogWatch as JogWatch

@@ -243,11 +243,11 @@ class MachineLink:
         return self._sent(self._goals.follow(path))
 
     def set_parameters(
-        self, what: str, values: Values, then: Callable[[], None] = lambda: None
+        self, what: str, values: Values, then: Callable[[bool], None] = lambda _: None
     ) -> bool:
         """Ask ``ik_node`` to set all of these parameters or none; return whether it is there.
 
-        A refusal calls them ``what``. Once there is an answer, ``then`` is called.
+        A refusal calls them ``what``. Once there is an answer, ``then`` gets whether they are set.
         """
         if not self._parameters.services_are_ready():
             self._on_refusal(f"{what}: nobody answers as {self.server}")
@@ -257,7 +257,7 @@ class MachineLink:
             result = future.result().result
             if not result.successful:
                 self._on_refusal(f"{what}: {result.reason}")
-            then()
+            then(result.successful)
 
         parameters = [Parameter(name, value=value) for name, value in values.items()]
         self._parameters.set_parameters_atomically(parameters).add_done_callback(take)
@@ -315,11 +315,14 @@ class MachineLink:
 class NewestWish:
     """A parameter that pages set again and again: of several wishes the newest is sent."""
 
-    def __init__(self, link: MachineLink, what: str, name: str) -> None:
-        """Set the parameter ``name``; a refusal calls it ``what``."""
+    def __init__(
+        self, link: MachineLink, what: str, name: str, on_refusal: Callable[[], None]
+    ) -> None:
+        """Set the parameter ``name``; a refusal calls it ``what``, and ``on_refusal`` is called."""
         self._link = link
         self._what = what
         self._name = name
+        self._show_again = on_refusal
         self._wanted: float | None = None
         self._is_setting = False
 
@@ -329,11 +332,13 @@ class NewestWish:
         if not self._is_setting:
             self._send()
 
-    def _send(self) -> None:
+    def _send(self, is_set: bool = True) -> None:
         value, self._wanted = self._wanted, None
         self._is_setting = value is not None and self._link.set_parameters(
             self._what, {self._name: value}, self._send
         )
+        if not (self._is_setting or (is_set and value is None)):
+            self._show_again()
 
 
 # The messages of the machine to the panel.

@@ -96,7 +96,8 @@ class HeldJog:
 class JogWatch:
     """Tells by what ``ik_node`` says about itself when a jog was ended by somebody else.
 
-    A jog whose messages were late for a moment, as a busy browser sends them, was not.
+    A jog whose messages were late for a moment, as a busy browser sends them, was not. One that was
+    released has ended, too, but by then another button may be held.
     """
 
     _has_jogged: bool = False
@@ -105,7 +106,7 @@ class JogWatch:
         """Take a state and its cause; return whether what is held must not go on."""
         if state is JOGGING:
             self._has_jogged = True
-        elif self._has_jogged and cause is not Cause.TWISTS_SILENT:
+        elif self._has_jogged and cause not in (Cause.TWISTS_SILENT, Cause.RELEASED):
             self._has_jogged = False
             return True
         return False
@@ -393,14 +394,19 @@ class OperatorRequests:
         """End the jog of a page at once."""
         self._end_hold(event.client_id)
 
-    def hold(self, event: Event, direction: Vector3, speed: float) -> None:
+    def hold(self, event: Event, direction: Vector3, speed: Callable[[], float]) -> None:
         """Jog at a ``speed`` [m/s] while a button is held: called again and again."""
-        page = event.client_id
-        if not self.may(page):
-            # Should it get the controls now, it has to press again.
+        page, velocity = event.client_id, None
+        try:
+            velocity = scaled(direction, speed()) if self.may(page) else None
+        except WrongNumberError as error:
+            self.refuse(str(error))
+        if velocity is None:
+            self._end_hold(page)
+            # Should it get the controls now, or show a number, it has to press again.
             self._hold.bar(page)
         elif self._hold.renew(page, direction, time.monotonic()):
-            self.link.jog(scaled(direction, speed))
+            self.link.jog(velocity)
 
     def end_hold(self) -> None:
         """Let a button that is held move nothing before it was released."""
@@ -477,10 +483,23 @@ class OperatorsInput:
         if not self._requests.may(event.client_id):
             self._handle.value = self.value
             return
-        self.value = value = event.target.value
+        value = event.target.value
+        if refusal := self._refusal(value):
+            self._requests.refuse(refusal)
+            self._handle.value = self.value
+            return
+        self.value = value
         on_change = self._on_change
         if on_change is not None:
             self._requests.wish(lambda: on_change(value), outlasts_stop=True)
+
+    def _refusal(self, value: Any) -> str:
+        """Return why a slider cannot have a ``value``; empty if it can."""
+        low, high = (getattr(self._handle, name, None) for name in ("min", "max"))
+        if low is None or high is None or low <= value <= high:
+            return ""
+        what = f"{self._handle.label}: {_shown(value)}"
+        return f"nothing done: {what} must be from {_shown(low)} to {_shown(high)}"
 
 
 class WrongNumberError(KinematicsError):
@@ -503,6 +522,9 @@ class OperatorsNumber:
 
     It is a field of text: one for numbers alters what is typed, key by key, until it is a number
     that it may have. What is none is told when the number is needed; then the last one is shown.
+
+    Attributes:
+        last: that it has shown.
     """
 
     def __init__(
@@ -513,13 +535,15 @@ class OperatorsNumber:
         number: float,
         *,
         least: float = -math.inf,
+        most: float = math.inf,
         is_whole: bool = False,
         hint: str | None = None,
         on_change: Callable[[float], None] | None = None,
     ) -> None:
-        """Add the field to the open container of ``gui``, with a ``number``, ``least`` at least."""
-        self._label, self._least, self._is_whole = label, least, is_whole
-        self._last = number
+        """Add the field to the open container of ``gui``, with a ``number`` inside its bounds."""
+        self._label, self._is_whole = label, is_whole
+        self._least, self._most = least, most
+        self.last = number
         self._on_change = on_change
         field_of_text = gui.add_text(label, _shown(number), hint=hint)
         self._input = OperatorsInput(requests, field_of_text, self._take)
@@ -534,20 +558,20 @@ class OperatorsNumber:
         try:
             return self._read(str(self._input.value))
         except WrongNumberError:
-            self.set(self._last)
+            self.set(self.last)
             raise
 
     def set(self, number: float) -> None:
         """Show a number."""
-        self._last = number
+        self.last = number
         self._input.set(_shown(number))
 
     def _take(self, text: str) -> None:
         # Somebody may still be typing: nothing is told about what is no number yet.
         with suppress(WrongNumberError):
-            self._last = self._read(str(text))
+            self.last = self._read(str(text))
             if self._on_change is not None:
-                self._on_change(self._last)
+                self._on_change(self.last)
 
     def _read(self, text: str) -> float:
         kind = (
@@ -555,11 +579,13 @@ class OperatorsNumber:
             if self._is_whole
             else "a number such as 2.5 (a point, where a comma may part thousands)"
         )
-        wanted = kind if self._least == -math.inf else f"{kind}, at least {_shown(self._least)}"
+        bounds = (("least", self._least), ("most", self._most))
+        told = (f"at {name} {_shown(bound)}" for name, bound in bounds if math.isfinite(bound))
+        wanted = ", ".join((kind, *told))
         pattern = WHOLE if self._is_whole else DECIMAL
         number = float(text.replace(",", ".")) if pattern.fullmatch(text.strip()) else math.nan
         # A comma may be that of a thousand, too.
-        if not self._least <= number or THOUSAND.fullmatch(text.strip()):
+        if not self._least <= number <= self._most or THOUSAND.fullmatch(text.strip()):
             raise WrongNumberError(self._label, text, wanted)
         return number
 

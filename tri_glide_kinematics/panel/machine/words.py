@@ -210,7 +210,8 @@ class MachineStatus:
         if self.state is None or not words:
             return ""
         segment = f"segment {message.segment + 1} · " if is_path else ""
-        return f"{segment}{' · '.join(words)} left"
+        # A program, of which a path is a part, has another end.
+        return f"{segment}{' · '.join(words)} left{' of this path' if is_path else ''}"
 
 
 def outside_text(workspace: Workspace, place: Vector3) -> str | None:

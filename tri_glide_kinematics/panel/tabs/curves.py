@@ -19,6 +19,7 @@ from tri_glide_kinematics.panel.machine import (
     MachineFacts,
     OperatorRequests,
     OperatorsInput,
+    OperatorsNumber,
     SteadyTimes,
     SwingFeed,
     note,
@@ -428,8 +429,6 @@ class SwingCurves:
 
 SHAPERS = TABLE["shaper"].choices
 NOT_HEARD = "no accelerometer is heard (imu/data_raw)"
-# A field for a mode that the shaper does not have: frequency [Hz] and damping [%].
-NO_MODE = (0.0, 0.0)
 
 # Frequency [Hz] and damping [%].
 ShownMode = tuple[float, float]
@@ -489,12 +488,13 @@ class SwingTab:
         with gui.add_folder("Shaper"):
             self._shaper = OperatorsInput(requests, gui.add_dropdown("Kind", SHAPERS))
             self._modes = [
-                OperatorsInput(requests, gui.add_vector2(label, NO_MODE, step=0.01, hint=hint))
-                for label, hint in (
-                    ("Mode [Hz, %]", "frequency and damping of the swing"),
-                    ("2nd [Hz, %]", "0 Hz: there is no second mode"),
-                )
+                [
+                    OperatorsNumber(requests, gui, f"{name} [{unit}]", number, least=0.0)
+                    for unit, number in (("Hz", 15.0), ("% damping", 5.0))
+                ]
+                for name in ("Mode", "2nd")
             ]
+            self._has_second = OperatorsInput(requests, gui.add_checkbox("A second mode", False))
             button = gui.add_button("Set", color="blue", icon=viser.Icon.WAVE_SINE)
             button.on_click(requests.on(lambda _: self._set()))
             self._words = gui.add_html("")
@@ -513,8 +513,10 @@ class SwingTab:
         if shaping != self._shown:
             self._shown = shaping
             self._shaper.set(shaping.shaper)
-            for field, mode in zip(self._modes, (*shaping.modes, NO_MODE)):
-                field.set(mode)
+            self._has_second.set(len(shaping.modes) > 1)
+            for fields, mode in zip(self._modes, shaping.modes):
+                for field, number in zip(fields, mode):
+                    field.set(number)
         self._words.content = note(shaping.text(waits=waits))
 
     def draw(self, feed: SwingFeed) -> None:
@@ -525,11 +527,25 @@ class SwingTab:
             self.curves.add(stamps + self._times.offset(float(stamps[-1]), now), samples[:, 1:])
         self._silence.visible = not self.curves.draw(now)
 
+    @property
+    def wanted(self) -> Shaping:
+        """The shaper that the fields show.
+
+        Raises:
+            WrongNumberError: if one of them shows no number.
+        """
+        modes = self._modes if self._has_second.value else self._modes[:1]
+        shown = tuple((frequency.value, damping.value) for frequency, damping in modes)
+        return Shaping(self._shaper.value, shown)
+
     def _set(self) -> None:
         """Ask for the shaper and all of its modes at once."""
-        first, second = (mode.value for mode in self._modes)
-        wanted = Shaping(self._shaper.value, (first, second) if second[0] else (first,))
-        self._requests.link.set_parameters("shaper", wanted.values)
+        self._requests.link.set_parameters("shaper", self.wanted.values, self._take_answer)
+
+    def _take_answer(self, is_set: bool) -> None:
+        if not is_set:
+            # The fields show again what the machine has.
+            self._shown = None
 
 
 def _rounded(value: float) -> float:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Callable
+from html import escape
 from typing import Any
 
 import viser
 
-from tri_glide_kinematics.control import TEACH_SPEED
+from tri_glide_kinematics.control import TEACH_SPEED, OperatingState
 from tri_glide_kinematics.panel.machine import (
     RENEWALS,
     Event,
@@ -19,10 +22,12 @@ from tri_glide_kinematics.panel.machine import (
     SpeedFields,
     note,
 )
-from tri_glide_kinematics.vectors import Vector3, scaled, three
+from tri_glide_kinematics.panel.machine_scene import view_of
+from tri_glide_kinematics.vectors import Vector3, plus, scaled, three
 
-HOLD = "hold"
+HOLD, OWN = "hold", "own"
 STEPS = {"0.1": 1e-4, "1": 1e-3, "10": 1e-2}
+USUAL_STEP, SMALLEST_STEP, LARGEST_STEP = 5.0, 0.001, 100.0  # mm, of the own step
 
 # As they lie in the pad, row by row, with their keys; None leaves a place empty.
 PAD: tuple[tuple[str, Vector3, str] | None, ...] = (
@@ -41,13 +46,19 @@ KEYS_HINT = (
     "stick or cross: X and Y, right stick: Z"
 )
 
+KEYS_STATE = '<div class="tri-glide-note" role="status" data-keys></div>'
+
 # Of the platform [mm/s].
-SLOWEST_JOG, USUAL_JOG, FASTEST_JOG = 1.0, 20.0, 200.0
+SLOWEST_JOG, USUAL_JOG, FASTEST_JOG = 0.01, 20.0, 200.0
 
 TEACH_HINT = (
     f"the platform moves at {1000.0 * TEACH_SPEED:g} mm/s at most; this is no safety function"
 )
 SPEED_HINT = "largest speed of the platform on its way"
+
+# From where the camera looks at the machine; None for where it stands on a new page. From above, y
+# is up on the page.
+VIEWS = {"top": (0.0, -1e-3, 1.0), "front": (0.0, -1.0, 0.0), "fit": None}
 
 # To a position or by a vector [m], at a speed [m/s].
 Move = Callable[[Vector3, float], None]
@@ -67,6 +78,8 @@ class DriveTab:
         self._gui = gui
         self._requests = requests
         self._move_by = move_by
+        # Facts of the machine, and those by which its values were shown.
+        self._facts: MachineFacts | None = None
         self._is_shown: MachineFacts | None = None
         link = requests.link
         power = gui.add_button_group("Machine", ("enable", "disable"))
@@ -76,24 +89,27 @@ class DriveTab:
         self._teach: Any = gui.add_checkbox("Teach mode", False, hint=TEACH_HINT)
         self._is_teaching = False
         self._teach.on_update(self._set_teach_mode)
-        scale = NewestWish(link, "speed scale", "speed_scale")
+        scale = NewestWish(link, "speed scale", "speed_scale", self._show_again)
         self._scale = OperatorsInput(
             requests,
             gui.add_slider("Speed [%]", min=1, max=100, step=1, initial_value=100),
             lambda value: scale.set(0.01 * value),
         )
-        mode = gui.add_button_group("Jog [mm]", (HOLD, *STEPS))
-        self._step_size = 0.0
-        speed = gui.add_slider(
-            "Jog [mm/s]", min=SLOWEST_JOG, max=FASTEST_JOG, step=1.0, initial_value=USUAL_JOG
+        mode = gui.add_button_group("Jog [mm]", (HOLD, *STEPS, OWN))
+        self._own_step = OperatorsNumber(
+            *(requests, gui, "Own step [mm]", USUAL_STEP), least=SMALLEST_STEP, most=LARGEST_STEP
         )
-        self._speed = OperatorsInput(requests, speed)
+        self._speed = OperatorsNumber(
+            *(requests, gui, "Jog [mm/s]", USUAL_JOG), least=SLOWEST_JOG, most=FASTEST_JOG
+        )
         self._mode = HOLD
+        self._state: OperatingState | None = None
         self._buttons = [self._pad_button(direction) for _, direction, _ in filter(None, PAD)]
         keys = gui.add_checkbox("Keys, gamepad", False, hint=KEYS_HINT)
         self._keys = OperatorsInput(requests, keys, lambda _: self._show_pad())
-        self._pad = gui.add_html("")
+        self._pad, self._on = gui.add_html(""), gui.add_html("")
         self._show_pad()
+        self._show_on()
         mode.on_click(requests.on(self._set_mode))
         with gui.add_folder("Go to"):
             self._place = [OperatorsNumber(requests, gui, f"{axis} [mm]", 0.0) for axis in "xyz"]
@@ -103,6 +119,7 @@ class DriveTab:
             here = gui.add_button("Take the present position")
             here.on_click(requests.on(lambda _: self._take_present()))
         self._present: Vector3 | None = None
+        gui.add_button_group("View", tuple(VIEWS)).on_click(self._look)
 
     @property
     def go_speed(self) -> float:
@@ -116,21 +133,42 @@ class DriveTab:
     def _wanted(self) -> Vector3:
         return three(0.001 * field.value for field in self._place)
 
-    def show(self, facts: MachineFacts, position: Vector3 | None) -> None:
-        """Show speed scale and teach mode of the machine; it is commanded at ``position`` [m]."""
+    def show(
+        self, facts: MachineFacts, position: Vector3 | None, state: OperatingState | None
+    ) -> None:
+        """Show speed scale, teach mode and ``state``; it is commanded at ``position`` [m]."""
+        if state is not self._state:
+            self._state = state
+            self._show_on()
         is_first = self._present is None
         self._present = position or self._present
         if is_first:
             self._take_present()
+        self._facts = facts
         if facts is not self._is_shown:
             self._is_shown = facts
             self._scale.set(max(1, round(100.0 * facts.speed_scale)))
             self._teach.value = self._is_teaching = facts.is_teaching
 
+    def _show_again(self) -> None:
+        """Show what the machine has, as it has refused something else."""
+        self._is_shown = None
+
     def _take_present(self) -> None:
         if self._present is not None:
             for field, part in zip(self._place, self._present):
                 field.set(round(1000.0 * part, 2) + 0.0)
+
+    async def _look(self, event: Event) -> None:
+        """Turn the camera of the page on which a view was chosen; any page may."""
+        if event.client is None or self._facts is None:
+            return
+        position, middle = view_of(self._facts)
+        if direction := VIEWS.get(event.target.value):
+            position = plus(middle, scaled(direction, math.dist(position, middle)))
+        with event.client.atomic():
+            event.client.camera.position = position
+            event.client.camera.look_at = middle
 
     async def _set_teach_mode(self, event: Event) -> None:
         """Ask for it: any page may make the machine slow, as any may stop it, but not fast."""
@@ -145,8 +183,8 @@ class DriveTab:
 
     def _set_mode(self, mode: str) -> None:
         self._mode = mode
-        self._step_size = STEPS.get(mode, 0.0)
         self._show_pad()
+        self._show_on()
 
     def _pad_button(self, direction: Vector3) -> Any:
         """Return a button that is not seen: the pad presses and holds it."""
@@ -154,11 +192,11 @@ class DriveTab:
         requests = self._requests
 
         async def hold(event: Event) -> None:
-            requests.hold(event, direction, 0.001 * self._speed.value)
+            requests.hold(event, direction, lambda: 0.001 * self._speed.value)
 
         def step(_: object) -> None:
-            size = self._step_size
-            if size:
+            if self._mode != HOLD:
+                size = STEPS.get(self._mode) or 0.001 * self._own_step.value
                 self._move_by(scaled(direction, size), 0.001 * self._speed.value)
 
         button.on_hold(hold, callback_hz=RENEWALS)
@@ -178,7 +216,21 @@ class DriveTab:
             uuid = next(buttons)._impl.uuid
             by_key = f' data-key="{key}"' if self._keys.value else ""
             cells.append(f'<button type="button" data-{kind}="{uuid}"{by_key}>{name}</button>')
-        words = "moves while it is held" if mode == HOLD else f"each press moves by {mode} mm"
+        size = "the own step" if mode == OWN else f"{mode} mm"
+        words = "moves while it is held" if mode == HOLD else f"each press moves by {size}"
         if self._keys.value:
             words += f"; {KEYS_HINT}"
-        self._pad.content = f'<div class="tri-glide-pad">{"".join(cells)}</div>{note(words)}'
+        keys = KEYS_STATE if self._keys.value else ""
+        self._pad.content = f'<div class="tri-glide-pad">{"".join(cells)}</div>{note(words)}{keys}'
+
+    def _show_on(self) -> None:
+        """Tell the page which buttons of groups are on; it marks them.
+
+        Not beside the pad: a button that is held there would be another one by then.
+        """
+        state = self._state
+        off = OperatingState.DISABLED, OperatingState.FAULT, None
+        on = {each: each == self._mode for each in (HOLD, *STEPS, OWN)}
+        on["enable"], on["disable"] = state not in off, state is OperatingState.DISABLED
+        on["pause"] = state is OperatingState.PAUSED
+        self._on.content = f'<i hidden data-on="{escape(json.dumps(on))}"></i>'

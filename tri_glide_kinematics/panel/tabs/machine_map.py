@@ -18,20 +18,20 @@ from tri_glide_kinematics.panel.machine import (
     MachineFacts,
     OperatorRequests,
     OperatorsInput,
+    OperatorsNumber,
     legend,
     note,
 )
 from tri_glide_kinematics.panel.program_reading import Mark, mark_of
 from tri_glide_kinematics.sizing import Maps, level_corners, maps
-from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.vectors import FloatArray, three
 from tri_glide_kinematics.wording import number_text
 
 NO_MAP = "none"
 CALIBRATION = "calibration"
 
 # Of a drive: step [µm], force [N], stiffness [N/mm].
-USUAL_DRIVE = (10.0, 100.0, 100.0)
-DRIVE_HINT = "of each drive: its step, its force, its stiffness"
+USUAL_DRIVE = {"Step [µm]": 10.0, "Force [N]": 100.0, "Stiffness [N/mm]": 100.0}
 
 # Places along each side of a map: all of them take some hundredths of a second.
 PLACES = 101
@@ -183,14 +183,16 @@ class MachineMap:
         with gui.add_folder("Map"):
             show = gui.add_dropdown("Show", kinds)
             height = gui.add_slider("Height [mm]", min=0, max=1, step=1, initial_value=0)
-            drive = gui.add_vector3(
-                "Drive [µm, N, N/mm]", USUAL_DRIVE, min=(0.0,) * 3, step=1.0, hint=DRIVE_HINT
-            )
+            drive = gui.add_folder("Each drive")
+            with drive:
+                self._drive = [
+                    OperatorsNumber(requests, gui, label, number, least=0.0, on_change=self._change)
+                    for label, number in USUAL_DRIVE.items()
+                ]
             self._legend = gui.add_html("")
         self._slider, self._fields = height, (height, drive)
-        self._kind, self._height, self._drive = (
-            OperatorsInput(requests, handle, lambda _: self._change())
-            for handle in (show, height, drive)
+        self._kind, self._height = (
+            OperatorsInput(requests, handle, self._change) for handle in (show, height)
         )
         self._show_fields()
 
@@ -206,7 +208,7 @@ class MachineMap:
             self._show_fields()
             self._draw(self._facts)
 
-    def _change(self) -> None:
+    def _change(self, _: object = None) -> None:
         self._is_due = True
 
     def _show_fields(self) -> None:
@@ -224,7 +226,7 @@ class MachineMap:
             self._fit_height(self._level)
         height = 0.001 * self._height.value
         inside = self._level.inside(height)
-        drive = tuple(self._drive.value)
+        drive = three(field.last for field in self._drive)
         if kind == CALIBRATION:
             calibration = self._newest_calibration()
             if isinstance(calibration, str):

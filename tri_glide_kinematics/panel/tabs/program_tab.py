@@ -11,8 +11,12 @@ from time import monotonic
 import numpy as np
 import viser
 
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine import (
+    SLOWEST_SPEED,
+    USUAL_SPEED,
+    WARNING,
     MachineFacts,
     NewestWish,
     OperatorRequests,
@@ -125,6 +129,7 @@ class ProgramTab:
         self._facts: MachineFacts | None = None
         self._run: ProgramRun | None = None
         self._marked = 0
+        self._way = math.nan
         self._due = {"list": 0.0, "show": 0.0}
         self._drawing = ProgramDrawing(server.scene)
         uploads.on_file = self._take_file
@@ -138,6 +143,9 @@ class ProgramTab:
             self._choose_dialect,
         )
         self._line = OperatorsNumber(requests, gui, "From line", 1, least=1, is_whole=True)
+        self._approach = OperatorsNumber(
+            *(requests, gui, "To the start [mm/s]", USUAL_SPEED), least=SLOWEST_SPEED
+        )
         self._single_block = OperatorsInput(
             requests, gui.add_checkbox("Single block", initial_value=False), self._set_single_block
         )
@@ -155,7 +163,8 @@ class ProgramTab:
         buttons = gui.add_button_group("Motion", ("pause", "go on", "stop"))
         buttons.on_click(press_motion)
         slider = gui.add_slider("Override [%]", min=1, max=200, step=1, initial_value=100)
-        scale = NewestWish(requests.link, "override", "path_speed_scale")
+        name = "path_speed_scale"
+        scale = NewestWish(requests.link, "override", name, self._show_override)
         self._override = OperatorsInput(requests, slider, lambda percent: scale.set(0.01 * percent))
         # Texts change their height: below them, a button would move under the finger.
         self._progress = gui.add_html("")
@@ -172,7 +181,7 @@ class ProgramTab:
     def _step(self, facts: MachineFacts | None) -> None:
         if facts is not None and facts is not self._facts:
             self._facts = facts
-            self._override.set(max(1, round(100.0 * facts.values["path_speed_scale"])))
+            self._show_override()
             self._chosen.take_facts(facts)
         if not self._is_running and self._chosen.has_another_machine:
             self._load()
@@ -181,6 +190,11 @@ class ProgramTab:
             self._run.look(monotonic())
             if not self._is_running:
                 self._end_run(self._run)
+
+    def _show_override(self) -> None:
+        """Show what the machine has."""
+        if self._facts is not None:
+            self._override.set(max(1, round(100.0 * self._facts.values["path_speed_scale"])))
 
     def show(self) -> None:
         """Show on the pages what there is."""
@@ -290,12 +304,14 @@ class ProgramTab:
         if reason:
             self._requests.refuse(f"nothing begun: {reason}")
             return
+        self._way = math.nan
         try:
             self._run = ProgramRun(
                 self._link,
                 from_line(read.program, int(self._line.value)),
                 single_block=self._single_block.value,
                 kept=self._kept,
+                approach=0.001 * self._approach.value,
             )
         except KinematicsError as error:
             self._requests.refuse(shown_text(str(error), Path(read.program.file)))
@@ -322,7 +338,10 @@ class ProgramTab:
         """Offer to go on from where a run has ended."""
         self._line.set(1 if run.is_whole else max(run.line, 1))
         failed = next((each for each in run.reports if not each.is_good), None)
-        if failed is not None and failed.text:
+        if run.was_stopped:
+            text = f"{self._chosen.name}: stopped at line {run.line:,}"
+            self._requests.history.add(WARNING, text)
+        elif failed is not None and failed.text:
             self._requests.refuse(f"{self._chosen.name}: {failed.text}")
 
     def _goes_on(self) -> bool:
@@ -350,7 +369,10 @@ class ProgramTab:
         # With single blocks, the machine knows no more than a line.
         way = math.nan
         if machine is not None and self._is_running and not self._single_block.value:
-            way = machine.way_remaining
+            # A jog while it is paused, and the way back, have ways of their own.
+            if machine.target_kind == MachineState.TARGET_PATH:
+                self._way = machine.way_remaining
+            way = self._way
         left = chosen.time_left(line, way)
         if left is not None and chosen.check is not None and chosen.check.duration:
             part = 1.0 - left / chosen.check.duration
