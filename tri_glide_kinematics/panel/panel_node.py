@@ -41,12 +41,13 @@ from tri_glide_kinematics.panel.programs import ProgramFolder, Uploads
 from tri_glide_kinematics.panel.tabs import (
     DriveTab,
     LiveView,
+    ManualControls,
     PointsTab,
     ProgramTab,
     SwingTab,
     pose_of,
 )
-from tri_glide_kinematics.programs import default_kept_file
+from tri_glide_kinematics.programs import default_kept_file, default_zeros_file
 from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
@@ -140,14 +141,24 @@ class PanelNode(Node):
         )
         self._start_again.on_click(requests.on(lambda _: self._ask_to_start_again()))
         tabs = gui.add_tab_group()
-        with tabs.add_tab("Drive"):
+        drive = tabs.add_tab("Drive")
+        with drive:
             self._drive = DriveTab(gui, requests, self._move_to, self._move_by)
         with tabs.add_tab("Points"):
             PointsTab(
                 gui, requests, points_file, self._measured_position, self._follow, self._move_to
             )
+        link = ProgramLink(self)
+        settings = given_path(values, "program_settings") or default_parameter_file().with_name(
+            SETTINGS
+        )
+        zeros = given_path(values, "work_zero_file") or default_zeros_file(self.get_namespace())
         with tabs.add_tab("Program"):
-            self._program = self._program_tab(values)
+            self._program = self._program_tab(values, link, settings, zeros)
+        with drive:
+            self._manual = ManualControls(
+                gui, requests, link, self._feeds, self._program, (settings, zeros), self._place
+            )
         self._view = LiveView(
             server,
             tabs,
@@ -167,7 +178,9 @@ class PanelNode(Node):
         server.on_client_disconnect(requests.closed)
         self._page.on_presence = requests.answers
 
-    def _program_tab(self, values: Values) -> ProgramTab:
+    def _program_tab(
+        self, values: Values, link: ProgramLink, settings: Path, zeros: Path
+    ) -> ProgramTab:
         uploads = Uploads(
             ProgramFolder(
                 given_path(values, "programs_folder") or state_folder() / PROGRAMS_FOLDER
@@ -180,9 +193,10 @@ class PanelNode(Node):
         return ProgramTab(
             self._server,
             self._requests,
-            ProgramLink(self),
+            link,
             uploads,
-            given_path(values, "program_settings") or default_parameter_file().with_name(SETTINGS),
+            settings,
+            zeros,
             given_path(values, "progress_file") or default_kept_file(self.get_namespace()),
             self._commanded_position,
         )
@@ -269,6 +283,7 @@ class PanelNode(Node):
         self._look_for_ends()
         self._look_for_teach_mode()
         self._program.step(self._facts)
+        self._manual.step(self._facts)
         clients = self._server.get_clients()
         if not clients:
             self._feeds.swing.close()
@@ -277,6 +292,7 @@ class PanelNode(Node):
         self._mechanisms.step(time.monotonic())
         self._tell(clients)
         self._program.show()
+        self._manual.show()
         self._swing.show(self._facts, waits=self._feeds.status.message.shaper_waits)
         self._swing.draw(self._feeds.swing)
         if self._facts is not None:
@@ -327,6 +343,7 @@ class PanelNode(Node):
         self._steps.drop()
         self._link.cancel()
         self._program.stop()
+        self._manual.stop()
 
     def _tell(self, clients: dict[int, viser.ClientHandle]) -> None:
         """Tell each page what stands above it, if that is new or was told a while ago."""
@@ -365,7 +382,7 @@ class PanelNode(Node):
             reason = self._with_notice(reason)
             return Strip(
                 *(WARNING, state, reason, refusal, pages, "not heard"),
-                position=self._measured_text(),
+                position=self._measured_text() + self._manual.work_text,
                 controls=has_controls,
             )
         color = WARNING if self._notice and status.color != FAULT else status.color
@@ -376,7 +393,7 @@ class PanelNode(Node):
             refusal,
             pages,
             "ramps to rest (Esc)",
-            status.position or self._measured_text(),
+            (status.position or self._measured_text()) + self._manual.work_text,
             status.speed,
             status.left,
             status.speed_limit,
@@ -395,6 +412,12 @@ class PanelNode(Node):
 
     def _measured_position(self) -> Vector3 | None:
         return self._position(self._feeds.motion.measured)
+
+    def _place(self) -> Vector3 | None:
+        """Return where the platform is led, or else measured; None if nobody tells it now [m]."""
+        if self._facts is None or self._feeds.is_silent:
+            return None
+        return self._feeds.status.place or self._measured_position()
 
     def _measured_text(self) -> str:
         """Return where the platform is measured, or was, where no setpoint says where it is led."""

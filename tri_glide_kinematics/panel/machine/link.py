@@ -28,16 +28,18 @@ from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tri_glide_interfaces.msg import MachineState, MotionState
+from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.control import in_teach_mode
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
 from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.panel.machine.words import MachineStatus, place_text
+from tri_glide_kinematics.programs import Output, ToldOutputs
 from tri_glide_kinematics.ros.cdr import STAMP_END, STAMP_OFFSET, byte_order
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.loop import UrgentInputs
-from tri_glide_kinematics.ros.messages import vector_of
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS, vector_of
 from tri_glide_kinematics.ros.outputs import (
     DRIVEN,
     LATCHED,
@@ -502,6 +504,7 @@ class Feeds:
         status: what ``ik_node`` says about itself.
         target: where the machine goes, None for nowhere [m].
         late: what ``ik_node`` says about its cycles.
+        outputs: that anybody has changed.
         swing: what an accelerometer tells.
     """
 
@@ -517,10 +520,12 @@ class Feeds:
         self._status_at = 0.0
         self.target: Vector3 | None = None
         self.late = "not known"
+        self.outputs = ToldOutputs()
         self.swing = SwingFeed(node)
         self._server = server[1:]
         self._on_lines = on_lines
         node.create_subscription(MachineState, "ik_node/machine_state", self._on_state, LATCHED)
+        node.create_subscription(OutputMessage, "outputs", self._on_output, LATEST_OUTPUTS)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         node.create_subscription(MarkerArray, "markers", self._on_markers, LATCHED)
 
@@ -537,6 +542,10 @@ class Feeds:
 
     def _on_state(self, message: MachineState) -> None:
         self.status, self._status_at = MachineStatus(message), time.monotonic()
+
+    def _on_output(self, told: OutputMessage, info: dict[str, int]) -> None:
+        output = Output(told.name, told.number, told.value, 0, 0)
+        self.outputs.take(output, info["source_timestamp"])
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
