@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.program import ProgramStop as ProgramStop
     from tri_glide_kinematics.programs.program import Step as Step
     from tri_glide_kinematics.programs.program import StopKind as StopKind
-    from tri_glide_kinematics.programs.program import ToldOutputs as ToldOutputs
     from tri_glide_kinematics.programs.program import from_line as from_line
     from tri_glide_kinematics.programs.run import START_TIMEOUT as START_TIMEOUT
     from tri_glide_kinematics.programs.run import GoalEnd as GoalEnd

@@ -6,7 +6,6 @@ All that differs between the kinds of steps is said by their classes: nobody els
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import ClassVar, NamedTuple, Protocol, TypeVar
@@ -197,35 +196,6 @@ class Output(Step):
     def read_by(self, reader: StepReader[Answer]) -> Answer:
         """Call ``put_out``."""
         return reader.put_out(self)
-
-
-class ToldOutputs:
-    """The outputs that were told of, with their newest values."""
-
-    def __init__(self) -> None:
-        """Know of no output."""
-        self._told: dict[tuple[str, int], tuple[int, float]] = {}
-        self._on: dict[tuple[str, int], float] = {}
-
-    def __iter__(self) -> Iterator[tuple[str, int]]:
-        """Return names and numbers of all, in the order in which they were first told of."""
-        return iter(self._told)
-
-    def take(self, output: Output, stamp: int) -> None:
-        """Take a value that was sent at a ``stamp``: of several senders, the newest counts."""
-        key = output.name, output.number
-        if stamp >= self._told.get(key, (stamp, 0.0))[0]:
-            self._told[key] = stamp, output.value
-        if output.value:
-            self._on[key] = output.value
-
-    def value(self, key: tuple[str, int]) -> float | None:
-        """Return the newest value of an output; None if nothing was told of it."""
-        return self._told[key][1] if key in self._told else None
-
-    def value_on(self, key: tuple[str, int]) -> float:
-        """Return the value with which an output is on: its last one that was not 0, or 1."""
-        return self._on.get(key, 255.0 if key[0] == "fan" else 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -459,11 +429,6 @@ class Program:
     size: int
     sha256: str
     guess: str = ""
-
-    def changes_output(self, name: str, number: int) -> bool:
-        """Return whether it changes an output."""
-        changes = (each for step in self.steps for each in step.changes)
-        return any((each.name, each.number) == (name, number) for each in changes)
 
 
 def from_line(program: Program, line: int) -> Program:

@@ -6,25 +6,17 @@ import json
 import math
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from html import escape
 from pathlib import Path
-from threading import Thread
 from time import monotonic
+from typing import Any
 
 import viser
 
-from tri_glide_kinematics.control import OperatingState
+from tri_glide_kinematics.control import IDLE, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine import (
-    Event,
-    Feeds,
-    MachineFacts,
-    OperatorRequests,
-    OperatorsInput,
-    OperatorsNumber,
-    note,
-    position_text,
-)
+from tri_glide_kinematics.panel import machine as parts
 from tri_glide_kinematics.panel.program_reading import mark_of
 from tri_glide_kinematics.panel.tabs.program_tab import ProgramTab
 from tri_glide_kinematics.programs import (
@@ -32,6 +24,7 @@ from tri_glide_kinematics.programs import (
     Output,
     Program,
     ProgramRun,
+    ProgramSettings,
     RunState,
     check_program,
     load_zeros,
@@ -44,15 +37,13 @@ from tri_glide_kinematics.vectors import Vector3, minus
 
 MOST_LINES = 30  # in the history
 MOST_OUTPUTS = 12  # that have a switch
-LONGEST_NAME = 20  # of an output that is shown [characters]
-LOOK_PERIOD = 0.5  # s between two looks at the files
-SHOW_PERIOD = 0.2  # s
-# The platform rests, and is where the line was proved from, within this [m].
-SAME_PLACE = 1e-7
+SAME_PLACE = 1e-7  # m, and of a speed at rest m/s
 
-# Who switches them on by hand: those of M3, M7 and M8, which are there before anything is told.
+# Those of M3, M7 and M8 have a switch before anything is told of them.
 SPINDLE = ("spindle", 0)
 USUAL = (SPINDLE, ("flood", 0), ("mist", 0))
+# Nothing is switched on in these states, nor while none is known.
+NOT_READY = (None, OperatingState.DISABLED, OperatingState.FAULT, OperatingState.WAITING)
 AXES = {"x": (0,), "y": (1,), "z": (2,), "all": (0, 1, 2)}
 
 FIELD = (
@@ -67,9 +58,9 @@ class ManualControls:
     def __init__(
         self,
         gui: viser.GuiApi,
-        requests: OperatorRequests,
+        requests: parts.OperatorRequests,
         link: ProgramLink,
-        feeds: Feeds,
+        feeds: parts.Feeds,
         programs: ProgramTab,
         files: tuple[Path, Path],
         place: Callable[[], Vector3 | None],
@@ -85,71 +76,57 @@ class ManualControls:
             files: of the settings of programs, and of the work zeros that are kept.
             place: returns where the platform is, as the strip shows it [m].
         """
-        self._requests, self._link, self._feeds = requests, link, feeds
+        self._gui, self._requests, self._link, self._feeds = gui, requests, link, feeds
         self._programs, self._files, self._place = programs, files, place
-        self._facts: MachineFacts | None = None
-        self._due = {"look": 0.0, "show": 0.0}
-        # Work offsets in force, and why they are not known; by the marks of their files.
-        self._marks: object = None
+        self._facts: parts.MachineFacts | None = None
+        # Work offsets in force, and the marks of the files that say so.
         self._zeros: dict[str, Vector3] = {}
-        self._trouble = ""
-        # The line that is proved, from where, and what comes of that; then its run.
+        self._marks: object = None
+        # The newest line comes first. It is proved from a place [m] on, and then driven.
         self._lines: deque[str] = deque(maxlen=MOST_LINES)
-        self._proof: tuple[Vector3, list[Program | str]] | None = None
+        self._from: Vector3 | None = None
+        self._proof: Future[Program] | None = None
         self._run: ProgramRun | None = None
-        self._guess = ""
-        self._boxes: dict[tuple[str, int], viser.GuiCheckboxHandle] = {}
-        programs.is_taken = lambda: self.is_busy
+        # Stop, and all else of the page, goes on while a line is proved.
+        self._prover = ThreadPoolExecutor(1)
+        self._boxes: dict[tuple[str, int], Any] = {}
+        programs.is_taken = lambda: self._is_busy
         go_on = requests.link.on_resume
         requests.link.on_resume = lambda: self._goes_on() or go_on()
         with gui.add_folder("Line"):
-            self._typed = gui.add_text("line", "", visible=False)
+            self._typed: Any = gui.add_text("line", "", visible=False)
             self._typed.on_update(self._take_line)
             gui.add_html(FIELD.format(self._typed._impl.uuid))
-            self._history = gui.add_html("")
-            self._told = gui.add_html("")
-            self._show_history()
+            self._history, self._told = gui.add_html(""), gui.add_html("")
         with gui.add_folder("Work zero", expand_by_default=False):
-            self._name = OperatorsInput(requests, gui.add_dropdown("Offset", WORK_OFFSETS))
-            self._value = OperatorsNumber(requests, gui, "This place is [mm]", 0.0)
+            self._name = parts.OperatorsInput(requests, gui.add_dropdown("Offset", WORK_OFFSETS))
+            self._value = parts.OperatorsNumber(requests, gui, "This place is [mm]", 0.0)
             buttons = gui.add_button_group("Set", (*AXES, "clear"))
-            buttons.on_click(requests.on(self._touch_off))
+            buttons.on_click(requests.on(self._set_zero))
             self._zero_text = gui.add_html("")
-        self._gui = gui
         self._folder = gui.add_folder("Outputs", expand_by_default=False)
         with self._folder:
-            self._speed = OperatorsNumber(requests, gui, "Spindle [1/min], < 0: M4", 1000.0)
+            self._speed = parts.OperatorsNumber(requests, gui, "M3, or M4 if < 0 [1/min]", 1000.0)
         for key in USUAL:
             self._add_switch(key)
 
-    @property
-    def is_busy(self) -> bool:
-        """Whether a line is proved or driven."""
-        return self._proof is not None or self._is_running
-
-    @property
-    def _is_running(self) -> bool:
-        return self._run is not None and self._run.state is not RunState.ENDED
-
-    def step(self, facts: MachineFacts | None) -> None:
+    def step(self, facts: parts.MachineFacts | None) -> None:
         """Go on; ``facts`` are those of the machine that is there."""
         self._facts = facts
-        if self._is_due("look", LOOK_PERIOD):
+        try:
             self._look_at_files()
-        if self._proof is not None and self._proof[1]:
-            (place, (answer,)), self._proof = self._proof, None
-            if isinstance(answer, str):
-                self._requests.refuse(f"nothing driven: {answer}")
-            elif reason := self._why_not(place):
-                self._requests.refuse(f"nothing driven: {reason}")
-            else:
-                self._guess = answer.guess
-                self._run = ProgramRun(self._link, answer)
-        if self._run is not None and self._is_running:
+            if self._proof is not None and self._proof.done():
+                proof, self._proof = self._proof, None
+                program = proof.result()
+                self._check_ready()
+                self._run = ProgramRun(self._link, program)
+        except KinematicsError as error:
+            self._requests.refuse(f"{error}")
+        if self._run is not None and self._is_busy:
             self._run.look(monotonic())
-            failed = next((each for each in self._run.reports if not each.is_good), None)
-            if not self._is_running and failed is not None and failed.text:
-                self._requests.refuse(f"{self._lines[0]}: {failed.text}")
+            failed = [each.text for each in self._run.reports if each.text and not each.is_good]
+            if not self._is_busy and failed:
+                self._requests.refuse(f"{self._lines[0]}: {failed[0]}")
 
     def stop(self) -> None:
         """End the line, if there is one: the machine was told to stop."""
@@ -159,27 +136,26 @@ class ManualControls:
 
     def show(self) -> None:
         """Show on the pages what there is."""
-        if not self._is_due("show", SHOW_PERIOD):
-            return
-        run, words = self._run, ""
-        if self._proof is not None:
-            words = f"{self._lines[0]}: is proved"
-        elif run is not None:
-            done = "done" if run.is_whole else run.doing or run.state.value
-            words = f"{self._lines[0]}: {done}; {self._guess}".removesuffix("; ")
-        _put(self._told, note(words) if words else "")
-        zero = self._zeros.get(self._name.value, (0.0, 0.0, 0.0))
-        _put(self._zero_text, note(self._trouble or f"its zero: {position_text(zero)}"))
-        for key in self._feeds.outputs:
-            if key not in self._boxes and len(self._boxes) < MOST_OUTPUTS:
+        run, words = self._run, "is proved" if self._proof is not None else ""
+        if run is not None:
+            words = "done" if run.is_whole else run.doing or run.state.value
+        lines = escape(json.dumps(list(self._lines)))
+        zero = parts.position_text(self._zeros.get(self._name.value, (0.0, 0.0, 0.0)))
+        for html, content in (
+            (self._history, f'<span hidden data-lines="{lines}"></span>'),
+            (self._told, parts.note(f"{self._lines[0]}: {words}") if words else ""),
+            (self._zero_text, parts.note(f"its zero: {zero}")),
+        ):
+            if html.content != content:
+                html.content = content
+        for key in tuple(self._feeds.outputs)[:MOST_OUTPUTS]:
+            if key not in self._boxes:
                 self._add_switch(key)
         for key, box in self._boxes.items():
-            value = self._feeds.outputs.value(key)
-            label = f"{_name(key)}: {'not told' if value is None else f'{value:g}'}"
-            if box.label != label:
-                box.label = label
-            if box.value != bool(value):
-                box.value = bool(value)
+            value = self._feeds.outputs.get(key, (0, 0.0))[1]
+            label = f"{_name(key)}: {value:g}" if key in self._feeds.outputs else _name(key)
+            if (box.label, box.value) != (label, bool(value)):
+                box.label, box.value = label, bool(value)
 
     @property
     def work_text(self) -> str:
@@ -188,94 +164,79 @@ class ManualControls:
         zero = self._zeros.get(name)
         if place is None or zero is None or not any(zero):
             return ""
-        return f"\n{name}: {position_text(minus(place, zero))}"
+        return f"\n{name}: {parts.position_text(minus(place, zero))}"
 
     # Work zero
 
     def _look_at_files(self) -> None:
         marks = tuple(map(mark_of, self._files))
-        if marks == self._marks:
-            return
-        self._marks = marks
-        try:
-            self._zeros, self._trouble = dict(self._programs.settings().offsets), ""
-        except KinematicsError as error:
-            self._zeros, self._trouble = {}, str(error)
+        if marks != self._marks:
+            self._marks, self._zeros = marks, {}
+            self._zeros = dict(self._programs.settings().offsets)
 
-    def _touch_off(self, what: str) -> None:
+    def _set_zero(self, what: str) -> None:
         """Set some axes of the chosen work zero by the present place, or take it away."""
-        self._look_at_files()
         _, file = self._files
         zeros, name, place = load_zeros(file), self._name.value, self._place()
         if what == "clear":
             zeros.pop(name, None)
-        elif place is None or not self._rests:
-            why = "moves" if place is not None else "is nobody knows where"
-            self._requests.refuse(f"nothing set: the platform {why}")
-            return
+        elif place is None or self._feeds.status.message.speed > SAME_PLACE:
+            raise KinematicsError("nothing set: the platform moves, or its place is not known")
         else:
             value = 0.001 * self._value.value
             zeros[name] = touched_off(self._zeros.get(name), place, AXES[what], value)
         try:
             write_zeros(file, zeros)
         except OSError as error:
-            self._requests.refuse(f"nothing set: {file}: {error.strerror or error}")
-        self._look_at_files()
-
-    @property
-    def _rests(self) -> bool:
-        return not self._feeds.status.message.speed > SAME_PLACE
+            raise KinematicsError(f"nothing set: {file}: {error.strerror or error}") from error
 
     # A line
 
-    async def _take_line(self, event: Event) -> None:
+    @property
+    def _is_busy(self) -> bool:
+        """Whether a line is proved or driven."""
+        is_running = self._run is not None and self._run.state is not RunState.ENDED
+        return is_running or self._proof is not None
+
+    async def _take_line(self, event: parts.Event) -> None:
         text = event.target.value.strip()
-        if event.client_id is None or not text:
-            return
-        # The same line may be sent again.
-        self._typed.value = ""
-        if self._requests.may(event.client_id):
-            self._requests.wish(lambda: self._prove(text))
+        if event.client_id is not None and text:
+            # The same line may be sent again.
+            self._typed.value = ""
+            if self._requests.may(event.client_id):
+                self._requests.wish(lambda: self._prove(text))
 
     def _prove(self, text: str) -> None:
         """Begin to read and prove a line; it is driven when that is done."""
+        if self._is_busy:
+            raise KinematicsError("nothing driven: another line is not done yet")
         if text in self._lines:
             self._lines.remove(text)
-        if not self.is_busy:
-            self._lines.appendleft(text)
-            self._show_history()
-        place = self._place()
-        reason = "another line is not done yet" if self.is_busy else self._why_not(place)
-        if reason or place is None or self._facts is None:
-            self._requests.refuse(f"nothing driven: {reason}")
-            return
-        facts, settings, answers = self._facts, self._programs.settings(), []
-        answers: list[Program | str]
+        self._lines.appendleft(text)
+        self._run, self._from = None, self._place()
+        self._check_ready()
+        assert self._facts is not None and self._from is not None
+        self._proof = self._prover.submit(
+            _proved, text, self._programs.settings(), self._from, self._facts
+        )
 
-        def prove() -> None:
-            try:
-                program = read_line(text, settings, place)
-                check_program(program, facts.workspace, *facts.bounds)
-                answers.append(program)
-            except KinematicsError as error:
-                answers.append(str(error))
+    def _check_ready(self) -> None:
+        """Check that the line that is proved can be driven now.
 
-        self._run, self._proof = None, (place, answers)
-        # Stop, and all else of the page, goes on meanwhile.
-        Thread(target=prove, daemon=True).start()
-
-    def _why_not(self, proved_from: Vector3 | None) -> str:
-        """Return why no line can be driven now that begins at a place [m]; empty if one can."""
-        place, state = self._place(), self._feeds.status.state
+        Raises:
+            KinematicsError: if not; it says why.
+        """
+        place, status, reason = self._place(), self._feeds.status, ""
         if self._programs.is_running:
-            return "a program runs"
-        if self._facts is None or place is None or proved_from is None:
-            return "there is no machine"
-        if state is not OperatingState.IDLE:
-            return f"the machine is {self._feeds.status.word}, and has to be idle"
-        if math.dist(place, proved_from) > SAME_PLACE:
-            return "the platform was moved meanwhile"
-        return ""
+            reason = "a program runs"
+        elif place is None or self._from is None:
+            reason = "the place of the platform is not known"
+        elif status.state is not IDLE:
+            reason = f"the machine is {status.word}, and has to be idle"
+        elif math.dist(place, self._from) > SAME_PLACE:
+            reason = "the platform was moved meanwhile"
+        if reason:
+            raise KinematicsError(f"nothing driven: {reason}")
 
     def _goes_on(self) -> bool:
         """Let a line that waits go on; return whether one did."""
@@ -284,22 +245,18 @@ class ManualControls:
         self._run.go_on()
         return True
 
-    def _show_history(self) -> None:
-        lines = escape(json.dumps(list(self._lines)))
-        self._history.content = f'<span hidden data-lines="{lines}"></span>'
-
     # Outputs
 
     def _add_switch(self, key: tuple[str, int]) -> None:
         with self._folder:
             box = self._boxes[key] = self._gui.add_checkbox(_name(key), initial_value=False)
 
-        async def switch(event: Event) -> None:
+        async def switch(event: parts.Event) -> None:
             if event.client_id is None:
                 return
-            wanted = bool(event.target.value)
+            wanted = event.target.value
             # It shows what is told, not what was asked for.
-            box.value = bool(self._feeds.outputs.value(key))
+            self._boxes[key].value = not wanted
             if self._requests.may(event.client_id):
                 self._requests.wish(lambda: self._switch(key, wanted), outlasts_stop=not wanted)
 
@@ -308,32 +265,22 @@ class ManualControls:
     def _switch(self, key: tuple[str, int], on: bool) -> None:
         """Switch an output as a program does: off at any time, on only if the machine may move."""
         status, name = self._feeds.status, _name(key)
-        if self._programs.has_output(*key):
-            self._requests.refuse(f"{name} not switched: the program that runs does so")
-        elif on and (self._facts is None or status.state in NOT_READY):
-            self._requests.refuse(f"{name} not switched on: the machine is {status.word or 'gone'}")
-        else:
-            value = self._speed.value if key == SPINDLE else self._feeds.outputs.value_on(key)
-            self._link.put_out(Output(*key, value if on else 0.0, 0, 0))
-
-    def _is_due(self, name: str, period: float) -> bool:
-        now = monotonic()
-        if now < self._due[name]:
-            return False
-        self._due[name] = now + period
-        return True
+        if self._programs.has_output(key):
+            raise KinematicsError(f"{name} not switched: the program that runs does so")
+        if on and (self._facts is None or status.state in NOT_READY):
+            raise KinematicsError(f"{name} not switched on: the machine is {status.word or 'gone'}")
+        full = self._speed.value if key == SPINDLE else 255.0 if key[0] == "fan" else 1.0
+        self._link.put_out(Output(*key, full if on else 0.0, 0, 0))
 
 
-# Nothing is switched on in these states, nor while the machine is not known.
-NOT_READY = (None, OperatingState.DISABLED, OperatingState.FAULT, OperatingState.WAITING)
+def _proved(
+    text: str, settings: ProgramSettings, place: Vector3, facts: parts.MachineFacts
+) -> Program:
+    program = read_line(text, settings, place)
+    check_program(program, facts.workspace, *facts.bounds)
+    return program
 
 
 def _name(key: tuple[str, int]) -> str:
-    name = ascii(key[0][:LONGEST_NAME])[1:-1]
+    name = ascii(key[0][:20])[1:-1]
     return name if key in USUAL else f"{name} {key[1]}"
-
-
-def _put(html: viser.GuiHtmlHandle, content: str) -> None:
-    """Show a text, which is sent only if it is new."""
-    if html.content != content:
-        html.content = content

@@ -283,10 +283,11 @@ class ProgramTab:
         """Return what programs do not say; see ``ChosenProgram.settings``."""
         return self._chosen.settings()
 
-    def has_output(self, name: str, number: int) -> bool:
-        """Return whether a program runs that changes an output."""
-        read = self._chosen.read
-        return self._is_running and read is not None and read.program.changes_output(name, number)
+    def has_output(self, output: tuple[str, int]) -> bool:
+        """Return whether a program runs that changes an output, by its name and number."""
+        read = self._chosen.read if self._is_running else None
+        changes = (each for step in read.program.steps for each in step.changes) if read else ()
+        return any((each.name, each.number) == output for each in changes)
 
     def _press(self, what: str) -> None:
         """Do what a button says."""
