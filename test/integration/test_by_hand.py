@@ -55,7 +55,7 @@ def test_a_typed_line_is_proved_and_driven_from_a_work_zero_that_was_touched_off
     panel.read_until(operator, "x 0 to 12.5 mm")
     operator.tab = "Drive"
     operator.type_line("G0 X900")
-    panel.read_until(operator, "typed: line 1: place (0.9075, 0, 0.26)")
+    panel.read_until(operator, "typed: line 1: segment 1 of the path: outside the workspace")
     operator.type_line("G0 Xten")
     panel.read_until(operator, "typed: line 1, column 4: Xten")
     operator.type_line("G1 X12.5 F6000")
