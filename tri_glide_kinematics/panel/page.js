@@ -154,7 +154,7 @@ on(document, "keydown", (event) => {
   const lines = JSON.parse(document.querySelector("[data-lines]").dataset.lines);
   back = Math.min(Math.max(back + step, 0), lines.length);
   field.value = lines[back - 1] ?? "";
-});
+}, { capture: true });
 
 // A file goes in pieces, of which the panel asks for a few at a time: Stop never waits behind a file.
 let file = null;

@@ -148,17 +148,10 @@ class PanelNode(Node):
             PointsTab(
                 gui, requests, points_file, self._measured_position, self._follow, self._move_to
             )
-        link = ProgramLink(self)
-        settings = given_path(values, "program_settings") or default_parameter_file().with_name(
-            SETTINGS
-        )
-        zeros = given_path(values, "work_zero_file") or default_zeros_file(self.get_namespace())
         with tabs.add_tab("Program"):
-            self._program = self._program_tab(values, link, settings, zeros)
+            self._program = self._program_tab(values)
         with drive:
-            self._manual = ManualControls(
-                gui, requests, link, self._feeds, self._program, (settings, zeros), self._place
-            )
+            self._manual = ManualControls(gui, requests, self._feeds, self._program, self._place)
         self._view = LiveView(
             server,
             tabs,
@@ -178,9 +171,7 @@ class PanelNode(Node):
         server.on_client_disconnect(requests.closed)
         self._page.on_presence = requests.answers
 
-    def _program_tab(
-        self, values: Values, link: ProgramLink, settings: Path, zeros: Path
-    ) -> ProgramTab:
+    def _program_tab(self, values: Values) -> ProgramTab:
         uploads = Uploads(
             ProgramFolder(
                 given_path(values, "programs_folder") or state_folder() / PROGRAMS_FOLDER
@@ -193,10 +184,10 @@ class PanelNode(Node):
         return ProgramTab(
             self._server,
             self._requests,
-            link,
+            ProgramLink(self),
             uploads,
-            settings,
-            zeros,
+            given_path(values, "program_settings") or default_parameter_file().with_name(SETTINGS),
+            given_path(values, "work_zero_file") or default_zeros_file(self.get_namespace()),
             given_path(values, "progress_file") or default_kept_file(self.get_namespace()),
             self._commanded_position,
         )

@@ -8,7 +8,6 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from html import escape
-from pathlib import Path
 from time import monotonic
 from typing import Any
 
@@ -32,7 +31,6 @@ from tri_glide_kinematics.programs import (
     touched_off,
     write_zeros,
 )
-from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.vectors import Vector3, minus
 
 MOST_LINES = 30  # in the history
@@ -59,10 +57,8 @@ class ManualControls:
         self,
         gui: viser.GuiApi,
         requests: parts.OperatorRequests,
-        link: ProgramLink,
         feeds: parts.Feeds,
         programs: ProgramTab,
-        files: tuple[Path, Path],
         place: Callable[[], Vector3 | None],
     ) -> None:
         """Add all to the open container of ``gui``.
@@ -70,14 +66,12 @@ class ManualControls:
         Args:
             gui: of the page.
             requests: of the operator.
-            link: by which lines run.
             feeds: what the machine tells.
             programs: whose settings hold here, too, and beside whose run no line runs.
-            files: of the settings of programs, and of the work zeros that are kept.
             place: returns where the platform is, as the strip shows it [m].
         """
-        self._gui, self._requests, self._link, self._feeds = gui, requests, link, feeds
-        self._programs, self._files, self._place = programs, files, place
+        self._gui, self._requests, self._feeds = gui, requests, feeds
+        self._programs, self._place = programs, place
         self._facts: parts.MachineFacts | None = None
         # Work offsets in force, and the marks of the files that say so.
         self._zeros: dict[str, Vector3] = {}
@@ -107,6 +101,7 @@ class ManualControls:
         self._folder = gui.add_folder("Outputs", expand_by_default=False)
         with self._folder:
             self._speed = parts.OperatorsNumber(requests, gui, "M3, or M4 if < 0 [1/min]", 1000.0)
+            self._values = gui.add_html("")
         for key in USUAL:
             self._add_switch(key)
 
@@ -119,7 +114,7 @@ class ManualControls:
                 proof, self._proof = self._proof, None
                 program = proof.result()
                 self._check_ready()
-                self._run = ProgramRun(self._link, program)
+                self._run = ProgramRun(self._programs.link, program)
         except KinematicsError as error:
             self._requests.refuse(f"{error}")
         if self._run is not None and self._is_busy:
@@ -139,23 +134,24 @@ class ManualControls:
         run, words = self._run, "is proved" if self._proof is not None else ""
         if run is not None:
             words = "done" if run.is_whole else run.doing or run.state.value
+        told = self._feeds.outputs
         lines = escape(json.dumps(list(self._lines)))
         zero = parts.position_text(self._zeros.get(self._name.value, (0.0, 0.0, 0.0)))
         for html, content in (
             (self._history, f'<span hidden data-lines="{lines}"></span>'),
             (self._told, parts.note(f"{self._lines[0]}: {words}") if words else ""),
             (self._zero_text, parts.note(f"its zero: {zero}")),
+            (self._values, parts.table((_name(key), f"{told[key][1]:g}") for key in told)),
         ):
             if html.content != content:
                 html.content = content
-        for key in tuple(self._feeds.outputs)[:MOST_OUTPUTS]:
+        for key in tuple(told)[:MOST_OUTPUTS]:
             if key not in self._boxes:
                 self._add_switch(key)
         for key, box in self._boxes.items():
-            value = self._feeds.outputs.get(key, (0, 0.0))[1]
-            label = f"{_name(key)}: {value:g}" if key in self._feeds.outputs else _name(key)
-            if (box.label, box.value) != (label, bool(value)):
-                box.label, box.value = label, bool(value)
+            is_on = bool(told.get(key, (0, 0.0))[1])
+            if box.value != is_on:
+                box.value = is_on
 
     @property
     def work_text(self) -> str:
@@ -169,14 +165,14 @@ class ManualControls:
     # Work zero
 
     def _look_at_files(self) -> None:
-        marks = tuple(map(mark_of, self._files))
+        marks = tuple(map(mark_of, self._programs.files))
         if marks != self._marks:
             self._marks, self._zeros = marks, {}
             self._zeros = dict(self._programs.settings().offsets)
 
     def _set_zero(self, what: str) -> None:
         """Set some axes of the chosen work zero by the present place, or take it away."""
-        _, file = self._files
+        _, file = self._programs.files
         zeros, name, place = load_zeros(file), self._name.value, self._place()
         if what == "clear":
             zeros.pop(name, None)
@@ -270,7 +266,7 @@ class ManualControls:
         if on and (self._facts is None or status.state in NOT_READY):
             raise KinematicsError(f"{name} not switched on: the machine is {status.word or 'gone'}")
         full = self._speed.value if key == SPINDLE else 255.0 if key[0] == "fan" else 1.0
-        self._link.put_out(Output(*key, full if on else 0.0, 0, 0))
+        self._programs.link.put_out(Output(*key, full if on else 0.0, 0, 0))
 
 
 def _proved(

@@ -96,6 +96,8 @@ class ProgramTab:
     """Programs of a folder.
 
     Attributes:
+        link: by which programs run.
+        files: the settings of programs, and the work zeros that are kept.
         is_taken: returns whether a typed line has the machine, beside which no program begins.
     """
 
@@ -129,6 +131,7 @@ class ProgramTab:
         self._uploads = uploads
         self._kept = kept
         self._chosen = ChosenProgram(self._folder, settings_file, zeros_file, present)
+        self.link, self.files = link, (settings_file, zeros_file)
         self.is_taken: Callable[[], bool] = lambda: False
         self._facts: MachineFacts | None = None
         self._run: ProgramRun | None = None
