@@ -34,7 +34,7 @@ from tri_glide_kinematics.programs import (
 from tri_glide_kinematics.vectors import Vector3, minus
 
 MOST_LINES = 30  # in the history
-MOST_OUTPUTS = 12  # that have a switch
+MOST_OUTPUTS = 12  # that are shown
 SAME_PLACE = 1e-7  # m, and of a speed at rest m/s
 
 # Those of M3, M7 and M8 have a switch before anything is told of them.
