@@ -101,6 +101,7 @@ class Panel:
             "token_file": folder / "token",
             "programs_folder": self.programs,
             "progress_file": folder / "progress.yaml",
+            "work_zero_file": folder / "work_zero.yaml",
             "measurements_file": CONFIG / "measurements_example.yaml",
         }
         arguments = [word for name in files for word in ("-p", f"{name}:={files[name]}")]

@@ -140,6 +140,13 @@ class TextPage:
                 return self._press(control["uuid"])
         return self._press(self._pad(words))
 
+    def type_line(self, line: str) -> None:
+        """Type a line into the field for lines, and press Enter."""
+        html = "".join(each["props"].get("content", "") for each in self._shown())
+        found = re.search('data-line="([^"]+)"', html)
+        assert found
+        self._press(found[1], line)
+
     def hold(self, words: str) -> None:
         """Say once that the button of the pad with these ``words`` is held."""
         self._send("GuiButtonHoldMessage", uuid=self._pad(words), frequency=RENEWALS)

@@ -10,7 +10,13 @@ import pytest
 
 from tri_glide_kinematics.commands.drive import check_on_machine, main
 from tri_glide_kinematics.control import TEACH_SPEED
-from tri_glide_kinematics.programs import is_program, load_program, load_settings
+from tri_glide_kinematics.programs import (
+    default_zeros_file,
+    is_program,
+    load_program,
+    load_settings,
+    write_zeros,
+)
 from tri_glide_kinematics.settings import IK_NODE, file_values
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -26,6 +32,7 @@ def command(monkeypatch, capsys, tmp_path):
         file = tmp_path / "part.gcode"
         file.write_text(text)
         files = ["--settings", str(SETTINGS), "--parameters", str(parameters)]
+        monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
         monkeypatch.setattr(sys, "argv", ["drive", str(file), "--check", *files, *options])
         code = main()
         return code, capsys.readouterr()
@@ -53,6 +60,25 @@ def test_check_tells_lines_duration_length_and_what_is_not_done(command):
     assert 8.0 < duration < 8.5
     assert length == pytest.approx(60.0, abs=0.1)
     assert "part.gcode: line 3: E is not done: extrusion" in written.out
+
+
+def test_the_first_line_tells_the_work_zero_that_holds(command, tmp_path):
+    text = "G21 G90\nG0 X0 Y0 Z0\nX10\nM2\n"
+    cell = ("--ros-args", "-r", "__ns:=/cell_1")
+    _, written = command(text, *cell)
+    first = f"drive: {tmp_path}/part.gcode with the settings of {SETTINGS}"
+    assert written.out.splitlines()[0] == first
+    zeros = default_zeros_file("/cell_1")
+    write_zeros(zeros, {"G54": (0.3, 0.0, 0.25)})
+    code, written = command(text, *cell)
+    assert written.out.splitlines()[0] == (
+        f"{first}, but G54 at (300, 0, 250) mm, the work zero of {zeros}"
+    )
+    # There the program leads out of the workspace; with that of another machine it does not.
+    assert code == 1
+    assert "outside the workspace" in written.err
+    assert command(text)[0] == 0
+    assert command(text, "--work-zero", str(zeros))[0] == 1
 
 
 def test_check_takes_the_machine_of_the_parameters(command, tmp_path):

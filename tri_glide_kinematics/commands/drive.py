@@ -42,6 +42,7 @@ from tri_glide_kinematics.programs import (
     RunState,
     check_program,
     default_kept_file,
+    default_zeros_file,
     from_line,
     in_millimetres,
     is_program,
@@ -49,7 +50,9 @@ from tri_glide_kinematics.programs import (
     load_drive,
     load_own_settings,
     load_program,
+    load_zeros,
     table,
+    with_kept_zeros,
 )
 from tri_glide_kinematics.settings import (
     FORCE_LIMITS,
@@ -60,6 +63,7 @@ from tri_glide_kinematics.settings import (
     shaper_of,
     workspace_of,
 )
+from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace import places_inside
 
 if TYPE_CHECKING:
@@ -313,6 +317,21 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
     return 0 if run.is_whole else 1
 
 
+def _namespace(words: Sequence[str]) -> str:
+    """Return the namespace that the ``words`` of a command line give to the node."""
+    given = [word.partition("__ns:=")[2] for word in words if "__ns:=" in word]
+    return given[-1] if given else ""
+
+
+def _zeros_text(file: Path) -> str:
+    """Return which work zeros of a ``file`` hold, for the first line; empty for none."""
+    zeros = [
+        f"{name} at ({', '.join(number_text(1000.0 * each, 7) for each in zero)}) mm"
+        for name, zero in load_zeros(file).items()
+    ]
+    return f", but {', '.join(zeros)}, the work zero of {file}" if zeros else ""
+
+
 def make_parser() -> argparse.ArgumentParser:
     """Return what reads the command line; its name is that of the program."""
     parser = argparse.ArgumentParser(
@@ -374,6 +393,12 @@ def make_parser() -> argparse.ArgumentParser:
         "where it is kept how far a program came (default: a file for each machine in "
         "tri_glide_kinematics/ in $XDG_STATE_HOME, ~/.local/state)",
     )
+    add_file(
+        parser,
+        "--work-zero",
+        "where the work zeros are kept that the panel has set; they take the place of the offsets "
+        "of the settings with their names (default: a file for each machine, as of --progress)",
+    )
     return parser
 
 
@@ -419,10 +444,12 @@ def main() -> int:
         work: Program | DriveFile
         if is_program(file):
             settings_file = find_file(arguments.settings or Path(SETTINGS))
-            print(f"drive: {file} with the settings of {settings_file}", flush=True)
+            zeros_file = arguments.work_zero or default_zeros_file(_namespace(sys.argv))
+            zeros = _zeros_text(zeros_file)
+            print(f"drive: {file} with the settings of {settings_file}{zeros}", flush=True)
             if settings_file != (packaged := find_file(Path(SETTINGS))):
                 print(f"drive: what they do not name is as in {packaged}", flush=True)
-            settings = load_own_settings(settings_file)
+            settings = with_kept_zeros(load_own_settings(settings_file), zeros_file)
             stops = arguments.optional_stops
             work = load_program(file, replace(settings, optional_stop=stops), arguments.unit)
             if work.guess:

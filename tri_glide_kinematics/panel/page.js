@@ -173,6 +173,24 @@ on(document, "click", (event) => {
   if (button) press(button.dataset.press);
 });
 
+// Enter sends what stands in the field with data-line; the arrows up and down bring lines of before back.
+let back = 0;
+on(document, "keydown", (event) => {
+  const field = event.target.closest?.("[data-line]");
+  if (!field || event.isComposing) return;
+  if (event.key === "Enter" && field.value.trim()) {
+    viser().sendMessage({ type: "GuiUpdateMessage", uuid: field.dataset.line, updates: { value: field.value } });
+    if (hasControls) field.value = "";
+    back = 0;
+  }
+  const step = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+  if (!step) return;
+  event.preventDefault();
+  const lines = JSON.parse(document.querySelector("[data-lines]").dataset.lines);
+  back = Math.min(Math.max(back + step, 0), lines.length);
+  field.value = lines[back - 1] ?? "";
+}, { capture: true });
+
 // A file goes in pieces, of which the panel asks for a few at a time: Stop never waits behind a file.
 let file = null;
 on(document, "change", (event) => {

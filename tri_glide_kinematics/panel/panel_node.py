@@ -41,12 +41,13 @@ from tri_glide_kinematics.panel.programs import ProgramFolder, Uploads
 from tri_glide_kinematics.panel.tabs import (
     DriveTab,
     LiveView,
+    ManualControls,
     PointsTab,
     ProgramTab,
     SwingTab,
     pose_of,
 )
-from tri_glide_kinematics.programs import default_kept_file
+from tri_glide_kinematics.programs import default_kept_file, default_zeros_file
 from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
@@ -144,7 +145,8 @@ class PanelNode(Node):
         )
         self._start_again.on_click(requests.on(lambda _: self._ask_to_start_again()))
         tabs = gui.add_tab_group()
-        with tabs.add_tab("Drive"):
+        drive = tabs.add_tab("Drive")
+        with drive:
             self._drive = DriveTab(gui, requests, self._move_to, self._move_by)
         with tabs.add_tab("Points"):
             PointsTab(
@@ -152,6 +154,8 @@ class PanelNode(Node):
             )
         with tabs.add_tab("Program"):
             self._program = self._program_tab(values)
+        with drive:
+            self._manual = ManualControls(gui, requests, self._feeds, self._program, self._place)
         self._view = LiveView(
             server,
             tabs,
@@ -188,6 +192,7 @@ class PanelNode(Node):
             ProgramLink(self),
             uploads,
             given_path(values, "program_settings") or default_parameter_file().with_name(SETTINGS),
+            given_path(values, "work_zero_file") or default_zeros_file(self.get_namespace()),
             given_path(values, "progress_file") or default_kept_file(self.get_namespace()),
             self._commanded_position,
         )
@@ -274,6 +279,7 @@ class PanelNode(Node):
         self._look_for_ends()
         self._look_for_teach_mode()
         self._program.step(self._facts)
+        self._manual.step(self._facts)
         clients = self._server.get_clients()
         if not clients or not self._page.shows("Swing"):
             self._feeds.swing.close()
@@ -282,6 +288,7 @@ class PanelNode(Node):
         self._mechanisms.step(time.monotonic())
         self._tell(clients)
         self._program.show()
+        self._manual.show()
         if self._page.shows("Swing"):
             self._feeds.swing.listen()
             self._swing.show(self._facts, waits=self._feeds.status.message.shaper_waits)
@@ -334,6 +341,7 @@ class PanelNode(Node):
         self._steps.drop()
         self._link.cancel()
         self._program.stop()
+        self._manual.stop()
 
     def _tell(self, clients: dict[int, viser.ClientHandle]) -> None:
         """Tell each page what stands above it, if that is new; now and then that it is not."""
@@ -378,7 +386,7 @@ class PanelNode(Node):
             reason = self._with_notice(reason)
             return Strip(
                 *(WARNING, state, reason, refusal, pages, "not heard"),
-                position=self._measured_text(),
+                position=self._measured_text() + self._manual.work_text,
                 controls=has_controls,
             )
         color = WARNING if self._notice and status.color != FAULT else status.color
@@ -389,7 +397,7 @@ class PanelNode(Node):
             refusal,
             pages,
             "ramps to rest (Esc)",
-            status.position or self._measured_text(),
+            (status.position or self._measured_text()) + self._manual.work_text,
             status.speed,
             status.left,
             status.speed_limit,
@@ -408,6 +416,12 @@ class PanelNode(Node):
 
     def _measured_position(self) -> Vector3 | None:
         return self._position(self._feeds.motion.measured)
+
+    def _place(self) -> Vector3 | None:
+        """Return where the platform is led, or else measured; None if nobody tells it now [m]."""
+        if self._facts is None or self._feeds.is_silent:
+            return None
+        return self._feeds.status.place or self._measured_position()
 
     def _measured_text(self) -> str:
         """Return where the platform is measured, or was, where no setpoint says where it is led."""

@@ -40,6 +40,7 @@ from tri_glide_kinematics.programs import (
     ProgramCheck,
     ProgramSettings,
     load_own_settings,
+    with_kept_zeros,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text
@@ -323,7 +324,11 @@ class ChosenProgram:
     """
 
     def __init__(
-        self, folder: ProgramFolder, settings_file: Path, present: Callable[[], Vector3 | None]
+        self,
+        folder: ProgramFolder,
+        settings_file: Path,
+        zeros_file: Path,
+        present: Callable[[], Vector3 | None],
     ) -> None:
         """Choose none yet; the arguments are those of ``ProgramTab``."""
         self.name = ""
@@ -332,15 +337,15 @@ class ChosenProgram:
         self.check: ProgramCheck | None = None
         self.error = ""
         self._folder = folder
-        self._settings_file = settings_file
+        self._settings_file, self._zeros_file = settings_file, zeros_file
         self._present = present
         self._facts: MachineFacts | None = None
         # Bounds for which the proof holds, and whether the machine has others since.
         self._bounds: Bounds | None = None
         self._is_outdated = False
-        # Of what was read last: the machine, the marks of both files, and what they do not say.
+        # Of what was read last: the machine, the marks of its files, and what it does not say.
         self._machine: MachineFacts | None = None
-        self._marks: tuple[Mark, Mark] = ((), ())
+        self._marks: tuple[Mark, ...] = ()
         self._settings = ProgramSettings()
         self._process: ReadingProcess | None = None
         self._stream: BinaryIO | None = None
@@ -365,7 +370,7 @@ class ChosenProgram:
     @property
     def changed(self) -> str:
         """That the files have changed, in words."""
-        return f"{self.name}, or the settings of programs, were changed"
+        return f"{self.name}, the settings of programs or the work zero were changed"
 
     @property
     def path(self) -> Path:
@@ -410,7 +415,7 @@ class ChosenProgram:
             self._marks = self._marks_now()
             try:
                 path = self.path
-                self._settings = self._settings_now()
+                self._settings = self.settings()
             except KinematicsError as error:
                 self.error = shown_text(str(error), self._settings_file)
                 return
@@ -451,12 +456,17 @@ class ChosenProgram:
                 Reading(path, self._settings, facts.workspace, *bounds, is_check, self._marks[0])
             )
 
-    def _marks_now(self) -> tuple[Mark, Mark]:
-        return mark_of(self._folder.folder / self.name), mark_of(self._settings_file)
+    def _marks_now(self) -> tuple[Mark, ...]:
+        file = self._folder.folder / self.name
+        return tuple(mark_of(each) for each in (file, self._settings_file, self._zeros_file))
 
-    def _settings_now(self) -> ProgramSettings:
-        """Return what programs do not say themselves."""
-        settings = load_own_settings(self._settings_file)
+    def settings(self) -> ProgramSettings:
+        """Return what programs do not say themselves, with the work zeros that are kept.
+
+        Raises:
+            KinematicsError: if a file has no meaning.
+        """
+        settings = with_kept_zeros(load_own_settings(self._settings_file), self._zeros_file)
         if self.dialect != FROM_SETTINGS:
             settings = replace(settings, dialect=Dialect(self.dialect))
         if settings.start is None and settings.home is None:

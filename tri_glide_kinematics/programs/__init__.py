@@ -21,13 +21,19 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.kept import KeptLine as KeptLine
     from tri_glide_kinematics.programs.kept import RunState as RunState
     from tri_glide_kinematics.programs.kept import default_kept_file as default_kept_file
+    from tri_glide_kinematics.programs.kept import default_zeros_file as default_zeros_file
     from tri_glide_kinematics.programs.kept import line_to_go_on_from as line_to_go_on_from
     from tri_glide_kinematics.programs.kept import load_kept as load_kept
+    from tri_glide_kinematics.programs.kept import load_zeros as load_zeros
+    from tri_glide_kinematics.programs.kept import touched_off as touched_off
+    from tri_glide_kinematics.programs.kept import with_kept_zeros as with_kept_zeros
+    from tri_glide_kinematics.programs.kept import write_zeros as write_zeros
     from tri_glide_kinematics.programs.loading import POINTS_ENDING as POINTS_ENDING
     from tri_glide_kinematics.programs.loading import PROGRAM_ENDINGS as PROGRAM_ENDINGS
     from tri_glide_kinematics.programs.loading import is_program as is_program
     from tri_glide_kinematics.programs.loading import load_program as load_program
     from tri_glide_kinematics.programs.loading import load_work as load_work
+    from tri_glide_kinematics.programs.loading import read_line as read_line
     from tri_glide_kinematics.programs.points import load_points as load_points
     from tri_glide_kinematics.programs.program import Dwell as Dwell
     from tri_glide_kinematics.programs.program import MoveStep as MoveStep
@@ -46,6 +52,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.run import MachineNow as MachineNow
     from tri_glide_kinematics.programs.run import ProgramMachine as ProgramMachine
     from tri_glide_kinematics.programs.run import ProgramRun as ProgramRun
+    from tri_glide_kinematics.programs.settings import WORK_OFFSETS as WORK_OFFSETS
     from tri_glide_kinematics.programs.settings import Dialect as Dialect
     from tri_glide_kinematics.programs.settings import ProgramSettings as ProgramSettings
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError

@@ -1,13 +1,13 @@
-"""How far a program came, kept on disk: after a lost power supply it is known.
+"""What is kept of a machine on disk: how far its last program came, and its work zeros.
 
-There is one such file for each machine, about the program that was driven last.
+There is one file of each for each machine. After a lost power supply both are known.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 
@@ -16,6 +16,8 @@ import yaml
 from tri_glide_kinematics.files import state_folder, write_file
 from tri_glide_kinematics.keys import FileError, Keys, load_yaml
 from tri_glide_kinematics.programs.program import Program
+from tri_glide_kinematics.programs.settings import NOWHERE, WORK_OFFSETS, ProgramSettings
+from tri_glide_kinematics.vectors import Vector3, three
 
 # How often it is kept, a little oftener than once a second [s].
 KEEP_PERIOD = 0.8
@@ -111,8 +113,12 @@ def default_kept_file(namespace: str = "") -> Path:
     Raises:
         NoHomeError: if the user has no home.
     """
-    name = "_".join(("program_progress", *filter(None, namespace.split("/"))))
-    return state_folder() / f"{name}.yaml"
+    return _file_of_machine("program_progress", namespace)
+
+
+def _file_of_machine(name: str, namespace: str) -> Path:
+    whole = "_".join((name, *filter(None, namespace.split("/"))))
+    return state_folder() / f"{whole}.yaml"
 
 
 def load_kept(file: Path) -> KeptLine:
@@ -150,3 +156,61 @@ def line_to_go_on_from(file: Path, program: Program) -> int:
     if kept.is_whole:
         raise KeptError(file, "", f"{program.file} has been driven to its end")
     return kept.line
+
+
+# Work zeros: each takes the place of the offset of the settings with its name.
+
+
+def default_zeros_file(namespace: str = "") -> Path:
+    """Return where the work zeros of the machine in a ``namespace`` are kept.
+
+    Raises:
+        NoHomeError: if the user has no home.
+    """
+    return _file_of_machine("work_zero", namespace)
+
+
+def load_zeros(file: Path) -> dict[str, Vector3]:
+    """Return the work zeros in a ``file`` by their names, such as ``G54`` [m]; none without it.
+
+    Raises:
+        KinematicsError: if it cannot be read, or something in it has no meaning.
+    """
+    if not file.exists():
+        return {}
+    keys = KeptKeys(str(file), "", load_yaml(file, KeptError))
+    zeros = {name: keys.vector(name) for name in WORK_OFFSETS if keys.value(name, ()) != ()}
+    keys.finish()
+    return dict(ProgramSettings(offsets=zeros).offsets)
+
+
+def write_zeros(file: Path, zeros: Mapping[str, Vector3]) -> None:
+    """Keep work zeros [m] in a ``file``, whose folder is made if there is none.
+
+    Raises:
+        KinematicsError: if a name or a place has no meaning.
+        OSError: if it cannot be written; what was there before still is.
+    """
+    offsets = ProgramSettings(offsets=zeros).offsets
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_file(file, yaml.safe_dump({name: list(place) for name, place in offsets.items()}))
+
+
+def with_kept_zeros(settings: ProgramSettings, file: Path) -> ProgramSettings:
+    """Return ``settings`` in which the work zeros of a ``file`` hold.
+
+    Raises:
+        KinematicsError: as for ``load_zeros``.
+    """
+    return replace(settings, offsets={**settings.offsets, **load_zeros(file)})
+
+
+def touched_off(zero: Vector3 | None, place: Vector3, axes: Iterable[int], value: float) -> Vector3:
+    """Return the work zero with which a ``place`` [m] has a ``value`` [m] along some ``axes``.
+
+    Along the others it stays what it was: ``zero`` [m], that of the machine for None.
+    """
+    moved = list(zero or NOWHERE)
+    for axis in axes:
+        moved[axis] = place[axis] - value
+    return three(moved)

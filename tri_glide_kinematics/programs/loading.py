@@ -1,7 +1,8 @@
-"""Files by the ends of their names: G-code, points, or steps in YAML."""
+"""Files by the ends of their names: G-code, points, or steps in YAML; and a line that is typed."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from tri_glide_kinematics.programs.drive_files import DriveFile, load_drive
@@ -10,6 +11,7 @@ from tri_glide_kinematics.programs.points import load_points
 from tri_glide_kinematics.programs.program import Program
 from tri_glide_kinematics.programs.settings import ProgramSettings
 from tri_glide_kinematics.programs.words import ProgramError
+from tri_glide_kinematics.vectors import Vector3
 
 # How the names of tables of points end, and those of all that becomes a ``Program``.
 POINTS_ENDING = ".csv"
@@ -52,3 +54,28 @@ def load_work(
         FileError: if it cannot be read, or something in it has no meaning.
     """
     return load_program(file, settings, unit) if is_program(file) else load_drive(file)
+
+
+# Of a line that is typed: no more characters, and no more segments, so that it is soon proved.
+LONGEST_LINE = 200
+MOST_OF_A_LINE = 1000
+TYPED = "typed"
+
+
+def read_line(line: str, settings: ProgramSettings, place: Vector3) -> Program:
+    """Return what a ``line`` means as a program of its own, from a ``place`` [m] on.
+
+    All begins as in a program: millimetres, G90, G54, no F but that of the settings.
+
+    Raises:
+        ProgramError: if it is not understood, does nothing, or is more than one short line.
+    """
+    if len(line) > LONGEST_LINE or len(line.splitlines()) > 1:
+        reason = f"it must be one line of at most {LONGEST_LINE} characters"
+        raise ProgramError(TYPED, 0, 0, "", reason)
+    program = read_program(f"{line}\n", replace(settings, start=place), TYPED)
+    count = sum(len(run.lines) for step in program.steps for run in step.runs)
+    if count > MOST_OF_A_LINE:
+        reason = f"it has {count} segments, at most {MOST_OF_A_LINE}: make a file of it"
+        raise ProgramError(TYPED, 1, 0, "", reason)
+    return program

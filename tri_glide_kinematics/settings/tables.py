@@ -550,6 +550,8 @@ PANEL_NODE = (
     Parameter("progress_file", "",
         "file that keeps how far a program came; empty for the one that `drive` keeps for this "
         "namespace"),
+    Parameter("work_zero_file", "",
+        "file that keeps the work zeros; empty for the one that `drive` takes for this namespace"),
     Parameter("measurements_file", "",
         "measurements of a calibration, whose uncertainty the page shows as a map; empty for none"),
     Parameter("notice_file", "",

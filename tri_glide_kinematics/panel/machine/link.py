@@ -28,6 +28,7 @@ from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tri_glide_interfaces.msg import MachineState, MotionState
+from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.control import in_teach_mode
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
@@ -37,7 +38,7 @@ from tri_glide_kinematics.panel.machine.words import MachineStatus, place_text
 from tri_glide_kinematics.ros.cdr import STAMP_END, STAMP_OFFSET, byte_order
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.loop import UrgentInputs
-from tri_glide_kinematics.ros.messages import vector_of
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS, vector_of
 from tri_glide_kinematics.ros.outputs import (
     DRIVEN,
     LATCHED,
@@ -507,6 +508,7 @@ class Feeds:
         status: what ``ik_node`` says about itself.
         target: where the machine goes, None for nowhere [m].
         late: what ``ik_node`` says about its cycles.
+        outputs: that anybody has changed: when, by the sender, and to which value.
         swing: what an accelerometer tells.
     """
 
@@ -522,10 +524,13 @@ class Feeds:
         self._status_at = 0.0
         self.target: Vector3 | None = None
         self.late = "not known"
+        self.outputs: dict[tuple[str, int], tuple[int, float]] = {}
         self.swing = SwingFeed(node)
         self._server = server[1:]
         self._on_lines = on_lines
         node.create_subscription(MachineState, "ik_node/machine_state", self._on_state, LATCHED)
+        on_output: Any = self._on_output
+        node.create_subscription(OutputMessage, "outputs", on_output, LATEST_OUTPUTS)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         node.create_subscription(MarkerArray, "markers", self._on_markers, LATCHED)
 
@@ -542,6 +547,12 @@ class Feeds:
 
     def _on_state(self, message: MachineState) -> None:
         self.status, self._status_at = MachineStatus(message), time.monotonic()
+
+    def _on_output(self, told: OutputMessage, info: dict[str, int]) -> None:
+        key, stamp = (told.name, told.number), info["source_timestamp"]
+        # Of several senders that are found one after the other, the newest counts.
+        if stamp >= self.outputs.get(key, (stamp, 0.0))[0]:
+            self.outputs[key] = stamp, told.value
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:

@@ -166,11 +166,16 @@ class MachineStatus:
         return f"refused: {REFUSALS.get(self.message.refusal, 'the log of ik_node says why')}"
 
     @property
-    def position(self) -> str:
-        """Where the setpoints are."""
+    def place(self) -> Vector3 | None:
+        """Where the setpoints are [m]; None if there are none."""
         numbers = vector_of(self.message.position)
         is_known = self.state is not None and math.isfinite(sum(numbers))
-        return position_text(numbers) if is_known else ""
+        return numbers if is_known else None
+
+    @property
+    def position(self) -> str:
+        """Where the setpoints are, in words."""
+        return "" if self.place is None else position_text(self.place)
 
     @property
     def speed(self) -> str:

@@ -41,6 +41,7 @@ from tri_glide_kinematics.panel.programs import FROM_SETTINGS, NO_FILE, ChosenPr
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramRun,
+    ProgramSettings,
     RunState,
     from_line,
     line_to_go_on_from,
@@ -96,7 +97,13 @@ class ProgramDrawing:
 
 
 class ProgramTab:
-    """Programs of a folder."""
+    """Programs of a folder.
+
+    Attributes:
+        link: by which programs run.
+        files: the settings of programs, and the work zeros that are kept.
+        is_taken: returns whether a typed line has the machine, beside which no program begins.
+    """
 
     def __init__(
         self,
@@ -105,6 +112,7 @@ class ProgramTab:
         link: ProgramLink,
         uploads: Uploads,
         settings_file: Path,
+        zeros_file: Path,
         kept: Path,
         present: Callable[[], Vector3 | None],
     ) -> None:
@@ -116,6 +124,7 @@ class ProgramTab:
             link: by which programs run.
             uploads: into the folder of the programs.
             settings_file: what programs do not say.
+            zeros_file: the work zeros that are kept.
             kept: file that says how far a program came.
             present: returns where the platform is [m].
         """
@@ -125,7 +134,9 @@ class ProgramTab:
         self._folder = uploads.folder
         self._uploads = uploads
         self._kept = kept
-        self._chosen = ChosenProgram(self._folder, settings_file, present)
+        self._chosen = ChosenProgram(self._folder, settings_file, zeros_file, present)
+        self.link, self.files = link, (settings_file, zeros_file)
+        self.is_taken: Callable[[], bool] = lambda: False
         self._facts: MachineFacts | None = None
         self._run: ProgramRun | None = None
         self._marked = 0
@@ -280,6 +291,21 @@ class ProgramTab:
     def _is_running(self) -> bool:
         return self._run is not None and self._run.state is not RunState.ENDED
 
+    @property
+    def is_running(self) -> bool:
+        """Whether a program runs."""
+        return self._is_running
+
+    def settings(self) -> ProgramSettings:
+        """Return what programs do not say; see ``ChosenProgram.settings``."""
+        return self._chosen.settings()
+
+    def has_output(self, output: tuple[str, int]) -> bool:
+        """Return whether a program runs that changes an output, by its name and number."""
+        read = self._chosen.read if self._is_running else None
+        changes = (each for step in read.program.steps for each in step.changes) if read else ()
+        return any((each.name, each.number) == output for each in changes)
+
     def _press(self, what: str) -> None:
         """Do what a button says."""
         if what == "check":
@@ -321,6 +347,8 @@ class ProgramTab:
         chosen = self._chosen
         if self._is_running:
             self._requests.refuse(f"{nothing}: {chosen.name} runs already")
+        elif self.is_taken():
+            self._requests.refuse(f"{nothing}: a typed line is not done yet")
         elif chosen.is_changed:
             self._requests.refuse(f"{nothing}: {chosen.changed}: it is read again")
             self._choose(chosen.name)

@@ -1,0 +1,282 @@
+"""What is done by hand beside jogs: the work zero, a line that is typed, and outputs."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from html import escape
+from time import monotonic
+from typing import Any
+
+import viser
+
+from tri_glide_kinematics.control import IDLE, OperatingState
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.panel import machine as parts
+from tri_glide_kinematics.panel.program_reading import mark_of
+from tri_glide_kinematics.panel.tabs.program_tab import ProgramTab
+from tri_glide_kinematics.programs import (
+    WORK_OFFSETS,
+    Output,
+    Program,
+    ProgramRun,
+    ProgramSettings,
+    RunState,
+    check_program,
+    load_zeros,
+    read_line,
+    touched_off,
+    write_zeros,
+)
+from tri_glide_kinematics.vectors import Vector3, minus
+
+MOST_LINES = 30  # in the history
+MOST_OUTPUTS = 12  # that are shown
+SAME_PLACE = 1e-7  # m, and of a speed at rest m/s
+
+# Those of M3, M7 and M8 have a switch before anything is told of them.
+SPINDLE = ("spindle", 0)
+USUAL = (SPINDLE, ("flood", 0), ("mist", 0))
+# Nothing is switched on in these states, nor while none is known.
+NOT_READY = (None, OperatingState.DISABLED, OperatingState.FAULT, OperatingState.WAITING)
+AXES = {"x": (0,), "y": (1,), "z": (2,), "all": (0, 1, 2)}
+
+FIELD = (
+    '<div class="tri-glide-line"><input type="text" data-line="{}" aria-label="line of G-code" '
+    'placeholder="a line of G-code, Enter" autocomplete="off" spellcheck="false"></div>'
+)
+
+
+class ManualControls:
+    """Work zero, a line that is typed, and outputs, in folders of their own."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        requests: parts.OperatorRequests,
+        feeds: parts.Feeds,
+        programs: ProgramTab,
+        place: Callable[[], Vector3 | None],
+    ) -> None:
+        """Add all to the open container of ``gui``.
+
+        Args:
+            gui: of the page.
+            requests: of the operator.
+            feeds: what the machine tells.
+            programs: whose settings hold here, too, and beside whose run no line runs.
+            place: returns where the platform is, as the strip shows it [m].
+        """
+        self._gui, self._requests, self._feeds = gui, requests, feeds
+        self._programs, self._place = programs, place
+        self._facts: parts.MachineFacts | None = None
+        # Work offsets in force, and the marks of the files that say so.
+        self._zeros: dict[str, Vector3] = {}
+        self._marks: object = None
+        # The newest line comes first. It is proved from a place [m] on, and then driven.
+        self._lines: deque[str] = deque(maxlen=MOST_LINES)
+        self._from: Vector3 | None = None
+        self._proof: Future[Program] | None = None
+        self._run: ProgramRun | None = None
+        # Stop, and all else of the page, goes on while a line is proved.
+        self._prover = ThreadPoolExecutor(1)
+        self._boxes: dict[tuple[str, int], Any] = {}
+        programs.is_taken = lambda: self._is_busy
+        go_on = requests.link.on_resume
+        requests.link.on_resume = lambda: self._goes_on() or go_on()
+        with gui.add_folder("Line"):
+            self._typed: Any = gui.add_text("line", "", visible=False)
+            self._typed.on_update(self._take_line)
+            gui.add_html(FIELD.format(self._typed._impl.uuid))
+            self._history, self._told = gui.add_html(""), gui.add_html("")
+        with gui.add_folder("Work zero", expand_by_default=False):
+            self._name = parts.OperatorsInput(requests, gui.add_dropdown("Offset", WORK_OFFSETS))
+            self._value = parts.OperatorsNumber(requests, gui, "This place is [mm]", 0.0)
+            buttons = gui.add_button_group("Set", (*AXES, "clear"))
+            buttons.on_click(requests.on(self._set_zero))
+            self._zero_text = gui.add_html("")
+        self._folder = gui.add_folder("Outputs", expand_by_default=False)
+        with self._folder:
+            self._speed = parts.OperatorsNumber(requests, gui, "M3, or M4 if < 0 [1/min]", 1000.0)
+            self._values = gui.add_html("")
+        for key in USUAL:
+            self._add_switch(key)
+
+    def step(self, facts: parts.MachineFacts | None) -> None:
+        """Go on; ``facts`` are those of the machine that is there."""
+        self._facts = facts
+        try:
+            self._look_at_files()
+            if self._proof is not None and self._proof.done():
+                proof, self._proof = self._proof, None
+                program = proof.result()
+                self._check_ready()
+                self._run = ProgramRun(self._programs.link, program)
+        except KinematicsError as error:
+            self._requests.refuse(f"{error}")
+        if self._run is not None and self._is_busy:
+            self._run.look(monotonic())
+            failed = [each.text for each in self._run.reports if each.text and not each.is_good]
+            if not self._is_busy and failed:
+                self._requests.refuse(f"{self._lines[0]}: {failed[0]}")
+
+    def stop(self) -> None:
+        """End the line, if there is one: the machine was told to stop."""
+        self._proof = None
+        if self._run is not None:
+            self._run.stop()
+
+    def show(self) -> None:
+        """Show on the pages what there is."""
+        run, words = self._run, "is proved" if self._proof is not None else ""
+        if run is not None:
+            words = "done" if run.is_whole else run.doing or run.state.value
+        told = self._feeds.outputs
+        lines = escape(json.dumps(list(self._lines)))
+        zero = parts.position_text(self._zeros.get(self._name.value, (0.0, 0.0, 0.0)))
+        for html, content in (
+            (self._history, f'<span hidden data-lines="{lines}"></span>'),
+            (self._told, parts.note(f"{self._lines[0]}: {words}") if words else ""),
+            (self._zero_text, parts.note(f"its zero: {zero}")),
+            (self._values, parts.table((_name(key), f"{told[key][1]:g}") for key in told)),
+        ):
+            if html.content != content:
+                html.content = content
+        for key in tuple(told)[:MOST_OUTPUTS]:
+            if key not in self._boxes:
+                self._add_switch(key)
+        for key, box in self._boxes.items():
+            is_on = bool(told.get(key, (0, 0.0))[1])
+            if box.value != is_on:
+                box.value = is_on
+
+    @property
+    def work_text(self) -> str:
+        """Where the platform is from the work zero, for the strip; empty if that is the same."""
+        place, name = self._place(), self._name.value
+        zero = self._zeros.get(name)
+        if place is None or zero is None or not any(zero):
+            return ""
+        return f"\n{name}: {parts.position_text(minus(place, zero))}"
+
+    # Work zero
+
+    def _look_at_files(self) -> None:
+        marks = tuple(map(mark_of, self._programs.files))
+        if marks != self._marks:
+            self._marks, self._zeros = marks, {}
+            self._zeros = dict(self._programs.settings().offsets)
+
+    def _set_zero(self, what: str) -> None:
+        """Set some axes of the chosen work zero by the present place, or take it away."""
+        _, file = self._programs.files
+        zeros, name, place = load_zeros(file), self._name.value, self._place()
+        if what == "clear":
+            zeros.pop(name, None)
+        elif place is None or self._feeds.status.message.speed > SAME_PLACE:
+            raise KinematicsError("nothing set: the platform moves, or its place is not known")
+        else:
+            value = 0.001 * self._value.value
+            zeros[name] = touched_off(self._zeros.get(name), place, AXES[what], value)
+        try:
+            write_zeros(file, zeros)
+        except OSError as error:
+            raise KinematicsError(f"nothing set: {file}: {error.strerror or error}") from error
+
+    # A line
+
+    @property
+    def _is_busy(self) -> bool:
+        """Whether a line is proved or driven."""
+        is_running = self._run is not None and self._run.state is not RunState.ENDED
+        return is_running or self._proof is not None
+
+    async def _take_line(self, event: parts.Event) -> None:
+        text = event.target.value.strip()
+        if event.client_id is not None and text:
+            # The same line may be sent again.
+            self._typed.value = ""
+            if self._requests.may(event.client_id):
+                self._requests.wish(lambda: self._prove(text))
+
+    def _prove(self, text: str) -> None:
+        """Begin to read and prove a line; it is driven when that is done."""
+        if self._is_busy:
+            raise KinematicsError("nothing driven: another line is not done yet")
+        if text in self._lines:
+            self._lines.remove(text)
+        self._lines.appendleft(text)
+        self._run, self._from = None, self._place()
+        self._check_ready()
+        assert self._facts is not None and self._from is not None
+        self._proof = self._prover.submit(
+            _proved, text, self._programs.settings(), self._from, self._facts
+        )
+
+    def _check_ready(self) -> None:
+        """Check that the line that is proved can be driven now.
+
+        Raises:
+            KinematicsError: if not; it says why.
+        """
+        place, status, reason = self._place(), self._feeds.status, ""
+        if self._programs.is_running:
+            reason = "a program runs"
+        elif place is None or self._from is None:
+            reason = "the place of the platform is not known"
+        elif status.state is not IDLE:
+            reason = f"the machine is {status.word}, and has to be idle"
+        elif math.dist(place, self._from) > SAME_PLACE:
+            reason = "the platform was moved meanwhile"
+        if reason:
+            raise KinematicsError(f"nothing driven: {reason}")
+
+    def _goes_on(self) -> bool:
+        """Let a line that waits go on; return whether one did."""
+        if self._run is None or self._run.state is not RunState.WAITING:
+            return False
+        self._run.go_on()
+        return True
+
+    # Outputs
+
+    def _add_switch(self, key: tuple[str, int]) -> None:
+        with self._folder:
+            box = self._boxes[key] = self._gui.add_checkbox(_name(key), initial_value=False)
+
+        async def switch(event: parts.Event) -> None:
+            if event.client_id is None:
+                return
+            wanted = event.target.value
+            # It shows what is told, not what was asked for.
+            self._boxes[key].value = not wanted
+            if self._requests.may(event.client_id):
+                self._requests.wish(lambda: self._switch(key, wanted), outlasts_stop=not wanted)
+
+        box.on_update(switch)
+
+    def _switch(self, key: tuple[str, int], on: bool) -> None:
+        """Switch an output as a program does: off at any time, on only if the machine may move."""
+        status, name = self._feeds.status, _name(key)
+        if self._programs.has_output(key):
+            raise KinematicsError(f"{name} not switched: the program that runs does so")
+        if on and (self._facts is None or status.state in NOT_READY):
+            raise KinematicsError(f"{name} not switched on: the machine is {status.word or 'gone'}")
+        full = self._speed.value if key == SPINDLE else 255.0 if key[0] == "fan" else 1.0
+        self._programs.link.put_out(Output(*key, full if on else 0.0, 0, 0))
+
+
+def _proved(
+    text: str, settings: ProgramSettings, place: Vector3, facts: parts.MachineFacts
+) -> Program:
+    program = read_line(text, settings, place)
+    check_program(program, facts.workspace, *facts.bounds)
+    return program
+
+
+def _name(key: tuple[str, int]) -> str:
+    name = ascii(key[0][:20])[1:-1]
+    return name if key in USUAL else f"{name} {key[1]}"
