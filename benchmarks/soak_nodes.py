@@ -1,13 +1,14 @@
-"""Soak of the nodes as real processes: rough treatment for minutes, then ten minutes at 1 kHz.
+"""Soak of the nodes as real processes: rough treatment, drivers that die, ten minutes at 1 kHz.
 
 Run it as ``python -m benchmarks.soak_nodes``; it exits with 1 if a process ended, a limit was
-broken, a target was not reached, or the memory of a process grew by more than 1 MB after the first
-minute.
+broken, a target was not reached, an output was left on, or the memory of a process grew by more
+than 1 MB after the first minute.
 """
 
 from __future__ import annotations
 
 import os
+import random
 import sys
 import tempfile
 import time
@@ -24,8 +25,9 @@ from benchmarks.machine import processor_time
 from testing.client import Client
 from testing.commands import assert_stretches_within_limits
 from testing.domain import own_context, own_domain
+from testing.forks import ForkedNodes
 from testing.machine import Machine
-from testing.processes import Launcher, RunningNode, launched
+from testing.processes import TIMEOUT, Launcher, RunningNode, launched, python_path
 from testing.scenarios import (
     NORMAL_VALUES,
     assert_normal_target_is_reached,
@@ -33,12 +35,18 @@ from testing.scenarios import (
     hostility,
     parameter_storm,
 )
-from tri_glide_interfaces.msg import FourBar
+from tri_glide_interfaces.msg import FourBar, Output
 from tri_glide_interfaces.srv import SolveFourBar
-from tri_glide_kinematics.ros.starting import COMPUTER, choose_transport
+from tri_glide_kinematics.control import Cause
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
+from tri_glide_kinematics.ros.starting import COMPUTER, choose_transport, executable
 
 TARGETS = ((0.08, 0.03, 0.35), (-0.06, 0.05, 0.22), (0.0, 0.0, 0.25))
 ALL_NODES = ("simulator_node", "ik_node", "fk_node", "mechanism_node")
+# Outputs at rest and on the way, a dwell, and a stop at which it would wait.
+DYING = "M3 S9 M8\nG4 P0.5\nG64 P1\nG1 X0 Y0 Z40 F6000\nX60 F1800\nM9\nM8\nX0\nG4 P9\nM2\n"
+# Until all is off: program_timeout, what was told just before, the stop, and a busy computer [s].
+LONGEST_DEATH = 2.0
 ALLOWED_GROWTH = 1.0  # MB, after the first minute
 FLOOD_RATE = 10_000.0  # targets a second
 MEGABYTE = 1024.0 * 1024.0
@@ -96,6 +104,41 @@ def rough_treatment(context: Context, minutes: float) -> None:
             assert_normal_target_is_reached(machine)
             assert_stretches_within_limits(machine)
             say(f"{len(machine.commands)} commands, none outside the limits")
+
+
+def deaths(context: Context, count: int, seed: int = 51) -> float:
+    """Kill so many programs at random instants; return the longest time until all is off [s]."""
+    say(f"{count} programs whose driver is killed")
+    rng, longest = random.Random(seed), 0.0
+    with session(context, "deaths") as (client, launcher), tempfile.TemporaryDirectory() as folder:
+        machine = Machine(client, launcher).start()
+        outputs = client.record(Output, "true_outputs", LATEST_OUTPUTS)
+        file = Path(folder) / "part.gcode"
+        file.write_text(DYING)
+        log, forks = Path(folder) / "drive.log", ForkedNodes({"PYTHONPATH": python_path()})
+        command = [str(executable("drive")), str(file), "--progress", f"{folder}/kept.yaml"]
+        command += ["--ros-args", "-r", f"__ns:={client.namespace}"]
+
+        def is_on() -> bool:
+            return any({each.name: each.value for each in outputs}.values())
+
+        for number in range(count):
+            driver = forks.start_command(command, log)
+            try:
+                client.wait_for(is_on, f"the spindle: {log}", 5.0 * TIMEOUT)
+                client.spin_for(rng.uniform(0.0, 5.0))
+            finally:
+                driver.kill()
+                driver.wait(TIMEOUT)
+            killed = time.monotonic()
+            client.wait_for(lambda: not is_on(), "outputs that are off", longest_nap=0.01)
+            taken = time.monotonic() - killed
+            longest = max(longest, taken)
+            assert not any(machine.commands[-1].velocity)
+            client.wait_for(lambda: machine.cause is Cause.PROGRAM_LOST, "the lost run")
+            say(f"{number + 1}: off after {taken:.2f} s, the longest {longest:.2f} s")
+            del machine.commands[:-1], machine.measured[:-1], machine.states[:-1]
+    return longest
 
 
 def resident(node: RunningNode) -> float:
@@ -164,12 +207,18 @@ def main() -> int:
     arguments = numbers(
         __doc__,
         rough_minutes=(1.0, "of each rough treatment"),
+        deaths=(20, "programs whose driver is killed"),
         minutes=(10.0, "of endurance"),
         rate=(1000.0, "cycles a second"),
     )
     with context_in_own_domain() as context:
         if arguments.rough_minutes > 0.0:
             rough_treatment(context, arguments.rough_minutes)
+        longest = deaths(context, arguments.deaths)
+        if longest > LONGEST_DEATH:
+            return verdict(False, f"{longest:.2f} s until an output was off")
+        if arguments.minutes <= 0.0:
+            return verdict(True)
         flat = endurance(context, arguments.minutes, arguments.rate)
     return verdict(flat, "the memory of a process grows")
 

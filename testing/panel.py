@@ -104,12 +104,17 @@ class Panel:
             "work_zero_file": folder / "work_zero.yaml",
             "measurements_file": CONFIG / "measurements_example.yaml",
         }
-        arguments = [word for name in files for word in ("-p", f"{name}:={files[name]}")]
-        self.node: RunningNode = launcher.start(
-            "panel_node", arguments=("-p", "port:=0", *arguments)
-        )
+        self._launcher = launcher
+        self._arguments = [word for name in files for word in ("-p", f"{name}:={files[name]}")]
+        self.start_node()
         self.machine.wait_for_state("idle")
-        client.wait_for(lambda: "the page: " in self.node.output, "the panel")
+
+    def start_node(self) -> None:
+        """Start ``panel_node``, which has another address each time."""
+        self.node: RunningNode = self._launcher.start(
+            "panel_node", arguments=("-p", "port:=0", *self._arguments)
+        )
+        self.client.wait_for(lambda: "the page: " in self.node.output, "the panel")
         found = re.search(r"the page: (\S+)", self.node.output)
         assert found
         # With the token.

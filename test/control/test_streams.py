@@ -7,7 +7,9 @@ from tri_glide_kinematics.control import (
     SLOWEST_STREAM,
     Cause,
     CommandRefusedError,
+    ProgramRuns,
     Reason,
+    ToldRun,
     twist_stream,
 )
 
@@ -94,3 +96,37 @@ def test_a_command_that_was_held_up_is_refused_whatever_the_clocks():
     # Another sender, after a pause.
     twists.receive(START + 1.0 + 1.1 * LEAST_PAUSE)
     twists.check_age(905.0)
+
+
+def looks(runs, begin, end, period=0.01):
+    """Look in each cycle between two times; return when a run was lost, and why."""
+    times = [begin + period * count for count in range(round((end - begin) / period) + 1)]
+    return [(time, reason) for time in times if (reason := runs.lost(time)) is not None]
+
+
+def test_a_run_that_is_told_no_more_is_lost_once_and_one_that_has_ended_is_not():
+    runs = ProgramRuns(1.0)
+    assert runs.lost(START) is None
+    runs.tell(1, ToldRun("part.gcode, line 7", ["spindle is 0"]), has_ended=False)
+    runs.tell(2, ToldRun("other.gcode", ["flood is 0"]), has_ended=False)
+    assert looks(runs, START, START + 0.95) == []
+    runs.tell(2, ToldRun("other.gcode", ["flood is 0"]), has_ended=False)
+    (time, reason), *others = looks(runs, START + 0.96, START + 1.8)
+    assert time == pytest.approx(START + 1.0, abs=0.12)
+    text = "what drives part.gcode, line 7 has told nothing for 1 s"
+    assert (reason, others) == (Reason(Cause.PROGRAM_LOST, text), [])
+    assert runs.safe_outputs == ["spindle is 0"]
+    runs.tell(2, ToldRun("other.gcode", ["flood is 0"]), has_ended=True)
+    assert looks(runs, START + 1.81, START + 9.0) == []
+
+
+def test_while_nobody_looks_no_run_is_lost():
+    runs = ProgramRuns(1.0)
+    assert runs.lost(START) is None
+    runs.tell(1, ToldRun("part.gcode", ()), has_ended=False)
+    assert looks(runs, START, START + 0.5) == []
+    # What came in meanwhile is read after the first cycle.
+    assert runs.lost(START + 60.0) is None
+    runs.tell(1, ToldRun("part.gcode", ()), has_ended=False)
+    assert looks(runs, START + 60.01, START + 60.9) == []
+    assert len(looks(runs, START + 60.91, START + 61.2)) == 1

@@ -103,12 +103,12 @@ def test_outputs_are_told_at_their_place_and_the_state_tells_where_it_is(bench):
     times = [state.time_remaining for state in driving if state.time_remaining > 0.5]
     assert times == sorted(times, reverse=True)
     assert {state.segment for state in driving} == {0, 1, 2, 3}
-    # At the end nothing is left, and nothing more is told.
+    # At the end nothing is left, and it is told again twice a second.
     last = bench.machine.states[-1]
     assert (last.speed, last.way_remaining, last.time_remaining) == (0.0, 0.0, 0.0)
     count, before = len(bench.machine.states), len(bench.machine.commands)
     bench.client.wait_for(lambda: len(bench.machine.commands) > before + 30, "rest")
-    assert len(bench.machine.states) == count
+    assert len(bench.machine.states) <= count + 2
     assert len(places(bench, first)) > 125
 
 

@@ -15,7 +15,7 @@ from testing.commands import KINEMATICS
 from testing.forks import ForkedNodes
 from testing.processes import python_path
 from tri_glide_interfaces.msg import Output
-from tri_glide_kinematics.control import WAS_STOPPED
+from tri_glide_kinematics.control import WAS_STOPPED, Cause
 from tri_glide_kinematics.programs import (
     RunState,
     load_kept,
@@ -332,30 +332,72 @@ def test_a_second_ctrl_c_and_a_closed_terminal_switch_off(running_machine, drive
         pipe.close()
     assert command.end() == (1 if how == "nobody reads" else 128 + number), command.output
     client.wait_for(lambda: told(outputs)[-1] == ("spindle", 0, 0.0), "the spindle to be off")
+    if how == "twice":
+        # Nobody has waited for its end: ik_node makes sure.
+        client.wait_for(lambda: machine.cause is Cause.PROGRAM_LOST, "the run to be lost")
     machine.wait_for_state("idle")
     machine.catch_up()
     assert KINEMATICS.forward(machine.heights())[0] < 0.05
 
 
-def test_a_command_that_is_killed_has_kept_its_line(running_machine, drive, tmp_path):
-    client = running_machine.client
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_where_the_command_dies_or_is_held_the_machine_rests_and_is_switched_off(
+    running_machine, drive, tmp_path, how
+):
+    machine, client = running_machine, running_machine.client
+    outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
+    true_outputs = client.record(Output, "true_outputs", LATEST_OUTPUTS)
     kept = tmp_path / "kept.yaml"
     lines = "".join(f"X{n % 2 + 0.1 * n:.1f}\n" for n in range(200))
-    command = drive(f"G0 X0 Y0 Z40\nG1 F600\n{lines}M2\n", "--progress", str(kept))
+    command = drive(f"M3 S500\nG0 X0 Y0 Z40\nG1 F600\n{lines}M2\n", "--progress", str(kept))
 
     def line():
         return load_kept(kept).line if kept.exists() else 0
 
     client.wait_for(lambda: line() > 12, "some lines")
-    command.process.kill()
-    command.end()
+    command.process.send_signal(how)
     driven = line()
-    client.stop()
-    running_machine.wait_for_state("idle")
-    running_machine.catch_up()
-    # In a second the platform drives 10 mm, on lines of about one.
-    place = KINEMATICS.forward(running_machine.heights())[0]
-    assert abs(1e3 * place - 0.1 * (driven - 3)) < 12.0
-    command = drive(f"G0 X0 Y0 Z40\nG1 F700\n{lines}M2\n", "--progress", str(kept), "--go-on")
+    client.wait_for(lambda: told(true_outputs)[-1:] == [("spindle", 0, 0.0)], "the spindle to stop")
+    assert machine.cause is Cause.PROGRAM_LOST
+    assert "part.gcode, line " in machine.reason
+    machine.catch_up()
+    assert not any(machine.commands[-1].velocity)
+    # In two seconds and a stop the platform drives 22 mm, on lines of about one.
+    place = KINEMATICS.forward(machine.heights())
+    assert abs(1e3 * place[0] - 0.1 * (driven - 4)) < 22.0
+    if how == signal.SIGSTOP:
+        command.process.send_signal(signal.SIGCONT)
+        assert command.end() == 1
+        # What came first: the end of its goal, or its own look at the time.
+        ends = ("has told nothing", "so the machine stops", WAS_STOPPED)
+        assert any(text in command.output for text in ends), command.output
+        machine.catch_up()
+        assert KINEMATICS.forward(machine.heights()) == place
+        assert told(outputs)[-1] == ("spindle", 0, 0.0)
+    command.close()
+    command = drive(f"M3\nG0 X0 Y0 Z40\nG1 F700\n{lines}M2\n", "--progress", str(kept), "--go-on")
     assert command.end() == 1
-    assert f"has changed since it was driven up to line {driven}" in command.output
+    assert f"has changed since it was driven up to line {load_kept(kept).line}" in command.output
+
+
+def test_without_ik_node_the_simulated_machine_switches_off_and_stays_so(machine, client):
+    true_outputs = client.record(Output, "true_outputs", LATEST_OUTPUTS)
+    publisher = client.publisher(Output, "outputs", LATEST_OUTPUTS)
+    machine.start()
+    for name in ("spindle", "fan"):
+        publisher.publish(Output(name=name, value=500.0))
+
+    def values():
+        return {each.name: each.value for each in true_outputs}
+
+    client.wait_for(lambda: values() == {"spindle": 500.0, "fan": 500.0}, "both to be on")
+    # At rest nothing changes: its state is told all the same.
+    count = len(machine.states)
+    client.wait_for(lambda: len(machine.states) > count + 3, "signs of life")
+    assert values()["spindle"] == 500.0
+    machine.ik.signal(signal.SIGKILL)
+    client.wait_for(lambda: values()["spindle"] == 0.0, "the spindle to be off")
+    assert values()["fan"] == 500.0
+    publisher.publish(Output(name="mist", value=1.0))
+    client.wait_for(lambda: "mist" in values(), "the mist")
+    assert values()["mist"] == 0.0

@@ -17,9 +17,12 @@ from std_srvs.srv import SetBool
 
 from testing.panel import Panel
 from testing.text_page import RENEWALS, TextPage
+from tri_glide_interfaces.msg import Output, ProgramRun
+from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.panel.programs import FROM_SETTINGS
 from tri_glide_kinematics.panel.tabs.program_tab import SHOW_PERIOD
 from tri_glide_kinematics.programs import PathStep, load_drive
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 
 pytestmark = pytest.mark.slow
 
@@ -474,3 +477,62 @@ def test_a_run_ends_when_another_ik_node_was_started(panel: Panel, operator: Tex
     panel.read_until(operator, "ended: line 4 of 8")
     panel.read_until(operator, "square.ngc: another ik_node was started")
     assert operator.value_of("From line") == "4"
+
+
+def test_a_run_that_another_node_drives_is_shown_and_taken_for_gone(
+    panel: Panel, operator: TextPage
+) -> None:
+    run = ProgramRun(run=7, driver="other", file="/else/part.ngc", line=30, lines=120, state=1)
+    publisher = panel.client.publisher(ProgramRun, "program_run")
+    timer = panel.client.node.create_timer(0.1, lambda: publisher.publish(run))
+    panel.read_until(operator, "other runs part.ngc: line 30 of 120")
+    operator.upload("square.ngc", square_to(66))
+    panel.read_until(operator, "-20 to 66 mm")
+    operator.click("run")
+    panel.read_until(operator, "nothing begun: other runs /else/part.ngc")
+    # Whoever has it move: it is stopped, and the run with it.
+    panel.stop_on_the_way(lambda: operator.click("stop"))
+    panel.client.node.destroy_timer(timer)
+    panel.read_until(operator, "part.ngc ended at line 30, because what drove it is gone")
+    panel.read_until(operator, "what drove a program is gone: it told nothing for 1 s")
+    panel.bring_home()
+
+
+def test_the_next_panel_tells_where_the_program_of_one_that_was_killed_has_ended(
+    client, nodes, tmp_path
+) -> None:
+    panel = Panel(client, nodes, tmp_path)
+    outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
+
+    def is_on() -> bool:
+        values = {each.name: each.value for each in outputs}
+        return any(values.get(name) for name in ("spindle", "flood"))
+
+    lines = "".join(f"X{n % 2} Y{n % 2 + 0.1 * n:.1f}\n" for n in range(200))
+    with closing(TextPage(panel.address, "Program")) as page:
+        panel.read_until(page, "ready idle")
+        page.upload("part.ngc", f"M3 S500 M8\nG1 X0 Y0 Z260 F600\n{lines}M9\nM5\nM2\n")
+        panel.read_until(page, "lines 205")
+        page.click("run")
+        client.wait_for(is_on, "the spindle")
+        panel.read_until(page, "running: line 8 of 205")
+        panel.node.signal(signal.SIGKILL)
+    client.wait_for(lambda: not is_on(), "outputs that are off")
+    client.wait_for(lambda: panel.machine.cause is Cause.PROGRAM_LOST, "the lost run")
+    assert panel.is_at_rest
+    panel.start_node()
+    with closing(TextPage(panel.address, "Program")) as page:
+        panel.read_until(page, "because what drove it is gone")
+        panel.read_until(page, "lines 205")
+        line = int(page.value_of("From line"))
+        assert f"part.ngc ended at line {line}, because" in page.text
+        assert 2 < line < 30
+        # A panel that is told to end waits for rest, and switches off.
+        page.click("run")
+        client.wait_for(is_on, "the spindle")
+        panel.read_until(page, "running: line ")
+        panel.wait_for_motion()
+        assert panel.node.signal(signal.SIGTERM) == 0
+    client.wait_for(lambda: not is_on(), "outputs that are off")
+    client.wait_for(lambda: panel.machine.cause is Cause.CANCELLED, "the end of the run")
+    assert panel.is_at_rest

@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
+import numpy as np
 import pytest
 from controller_rig import MACHINE, PERIOD, Rig
+from soak import many, seed
 
-from tri_glide_kinematics.control import DISABLED, IDLE, PAUSED, WAS_STOPPED
+from tri_glide_kinematics.control import (
+    DISABLED,
+    IDLE,
+    PAUSED,
+    WAS_STOPPED,
+    Cause,
+    ProgramRuns,
+    ToldRun,
+)
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import MotionKind
@@ -34,6 +45,7 @@ START = (0.0, 0.0, 0.29)
 SETTINGS = ProgramSettings(offsets={"G54": (0.0, 0.0, 0.25)}, start=START, optional_stop=True)
 CYCLES = 5  # between two looks, as a node has them
 MOST = 4000  # looks of one wait
+TIMEOUT = 1.0  # s without a word of a run, after which it is lost
 
 
 class Goal:
@@ -76,6 +88,8 @@ class Machine(Rig):
         super().__init__(start=MACHINE.inverse(START), kind=MotionKind.LINEAR)
         self.is_ready = True
         self.has_delivered = True
+        self.taken_by = ""
+        self.runs = ProgramRuns(TIMEOUT)
         self.identities = frozenset({b"one"})
         self.outputs = []
         self.said = []
@@ -109,6 +123,23 @@ class Machine(Rig):
 
     def put_out(self, output):
         self.outputs.append(output)
+
+    def tell(self, news):
+        told = ToldRun(f"{news.file}, line {news.line}", news.safe_outputs)
+        self.runs.tell(news.number, told, has_ended=news.state is RunState.ENDED)
+
+    def cycle(self, count=1):
+        """Do what ``ik_node`` does in a cycle."""
+        for _ in range(count):
+            lost = self.runs.lost(self.now)
+            if lost is not None:
+                self.controller.stop(lost)
+            super().cycle()
+            self.outputs += self.controller.passed_outputs
+            self.controller.passed_outputs.clear()
+            if self.controller.rests:
+                self.outputs += self.runs.safe_outputs
+                self.runs.safe_outputs.clear()
 
     def _sent(self, pursue, is_path):
         try:
@@ -153,8 +184,6 @@ def drive_until(machine, run, condition):
         machine.cycle(CYCLES)
         if machine.goal is not None:
             machine.goal.look()
-        machine.outputs += machine.controller.passed_outputs
-        machine.controller.passed_outputs.clear()
         run.look(machine.now)
     raise AssertionError(f"not in {MOST} looks: {run.state}, {run.doing}")
 
@@ -469,3 +498,59 @@ def test_no_room_to_keep_it_is_said_once(machine, tmp_path):
     assert run.is_whole
     assert sum("how far the program comes is not kept" in said for said in machine.said) == 1
     assert machine.controller.state is IDLE
+
+
+# Outputs at rest and on the way, a dwell, and a stop at which it waits.
+DYING = "M3 S9 M8\nG4 P0.5\nG64 P1\nG1 X0 Y0 Z40 F6000\nM62 P4\nX60 F1200\nM9\nM8\nX0\nM0\nM2\n"
+
+
+@pytest.mark.parametrize("number", range(many(5)))
+def test_where_what_drives_dies_the_platform_rests_and_then_the_outputs_are_safe(machine, number):
+    instant = np.random.default_rng(seed(51) + number).uniform(0.02, 8.5)
+    run = run_of(machine, DYING)
+    pass_time(machine, run, instant)
+    stops, died = machine.controller.status.stops, machine.now
+    assert not stops
+    before = dict(machine.told)
+    while machine.controller.status.stops == stops:
+        machine.cycle()
+    assert 0.7 < machine.now - died < 1.1
+    assert machine.controller.reason.cause is Cause.PROGRAM_LOST
+    assert f"what drives {Path('part.gcode').absolute()}, line" in machine.controller.reason.text
+    while any(dict(machine.told)[name] for name in ("spindle", "flood")):
+        assert machine.now - died < 1.5
+        machine.cycle()
+    assert is_at_rest(machine)
+    assert dict(machine.told).get("digital") == before.get("digital")
+    # It comes back: nothing moves, and nothing is switched on.
+    heights, count, moves = machine.heights, len(machine.outputs), len(machine.moves)
+    drive(machine, run)
+    assert machine.heights == heights
+    assert len(machine.moves) == moves
+    assert not any(each.value for each in machine.outputs[count:])
+    assert not run.is_whole
+    assert not machine.runs.lost(machine.now + 2.0)
+
+
+@pytest.mark.parametrize("pause", [0.6, 0.8])
+def test_what_was_held_for_too_long_does_not_go_on(machine, pause):
+    run = run_of(machine, "M3 S9\nG4 P0.5\nM8\nG1 X30 Y0 Z40 F6000\nM2\n")
+    pass_time(machine, run, 0.2)
+    # Less than ik_node waits for: nothing was told by the machine.
+    machine.cycle(round(pause / PERIOD))
+    moves = list(machine.moves)
+    drive(machine, run)
+    assert run.is_whole == (pause < 0.7)
+    if pause > 0.7:
+        assert "nothing drove it for 0.8 s" in " ".join(machine.said)
+        assert machine.moves == moves
+        assert machine.told[-1] == ("spindle", 0.0)
+
+
+def test_a_run_is_refused_while_somebody_else_drives_one_and_switches_nothing(machine):
+    machine.taken_by = "drive runs part.gcode"
+    run = run_of(machine, "M3 S9\nG1 X30 Y0 Z40 F6000\nM2\n")
+    drive(machine, run)
+    assert run.reports[0].text == "nothing begun: drive runs part.gcode"
+    assert machine.told == machine.moves == []
+    assert not machine.runs.lost(machine.now)

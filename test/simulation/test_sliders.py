@@ -11,6 +11,7 @@ from tri_glide_kinematics.simulation import (
     PositionControl,
     Setpoint,
     SimulatedDrives,
+    SimulatedOutputs,
     SimulatedSliders,
     SliderFaults,
 )
@@ -147,3 +148,19 @@ def test_drives_with_masses_hold_their_sliders_and_stop_at_the_ends(sliders):
     for _ in range(500):
         sliders.step(PERIOD)
     assert sliders.measure() == (UPPER, (0.0, 0.0, 0.0))
+
+
+def test_outputs_are_off_while_there_is_no_sign_of_life_and_the_others_keep_their_values():
+    outputs = SimulatedOutputs(("spindle",), patience=1.0)
+    outputs.set("spindle", 0, 9.0)
+    outputs.set("fan", 0, 1.0)
+    # Before the first sign nothing is switched on that would have to be off.
+    assert sorted(outputs.look(5.0)) == [("fan", 0, 1.0), ("spindle", 0, 0.0)]
+    outputs.hear(6.0)
+    outputs.set("spindle", 0, 9.0)
+    assert outputs.look(7.0) == [("spindle", 0, 9.0)]
+    assert outputs.look(7.0) == []
+    assert outputs.look(7.1) == [("spindle", 0, 0.0)]
+    # What comes back finds it off, until it is switched on again.
+    outputs.hear(8.0)
+    assert outputs.look(8.1) == []

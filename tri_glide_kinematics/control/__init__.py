@@ -64,9 +64,11 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.supervision import LEAST_PAUSE as LEAST_PAUSE
     from tri_glide_kinematics.control.supervision import SILENT_CYCLES as SILENT_CYCLES
     from tri_glide_kinematics.control.supervision import SLOWEST_STREAM as SLOWEST_STREAM
+    from tri_glide_kinematics.control.supervision import ProgramRuns as ProgramRuns
     from tri_glide_kinematics.control.supervision import Streams as Streams
     from tri_glide_kinematics.control.supervision import SupervisionBounds as SupervisionBounds
     from tri_glide_kinematics.control.supervision import Supervisor as Supervisor
+    from tri_glide_kinematics.control.supervision import ToldRun as ToldRun
     from tri_glide_kinematics.control.supervision import twist_stream as twist_stream
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -166,6 +166,11 @@ class MotionController:
         return self._operation.leads
 
     @property
+    def rests(self) -> bool:
+        """Whether the setpoints stand still, or there are none."""
+        return not self.leads or self._engine.phase is MotionPhase.IDLE
+
+    @property
     def failure(self) -> BrokenError | None:
         """What is broken in here; None as long as nothing is."""
         return self._operation.failure

@@ -44,6 +44,7 @@ class Cause(IntEnum):
     TRACKING_ERROR = 24
     PROGRAM_ERROR = 25
     NODE_ENDS = 26
+    PROGRAM_LOST = 27
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,8 @@ class ControllerStatus:
         shaper_waits: whether a new shaper waits for the next rest to be in force.
         is_teaching: whether the teach mode is switched on.
         platform_speed_limit: in force for the platform; inf for none [m/s].
-        stops: how often a stop was asked for, the lead was taken away, or a fault came.
+        stops: how often a stop was asked for, a program was lost, the lead was taken away, or a
+            fault came.
     """
 
     state: OperatingState

@@ -118,8 +118,8 @@ class Operation:
         leads: whether there is a setpoint in each cycle.
         commanded: heights of the latest setpoint. Shape (3,) [m]; None while there is none.
         failure: what is broken in here; None as long as nothing is.
-        stops: how often a stop was asked for, the lead was taken away, or a fault came; also while
-            nothing moved.
+        stops: how often a stop was asked for, a program was lost, the lead was taken away, or a
+            fault came; also while nothing moved.
     """
 
     def __init__(
@@ -162,24 +162,26 @@ class Operation:
         if self._states.state is WAITING and self._start.obstacle is None:
             self._lead(self._start.checked(now), MEASURED)
 
-    def stop(self) -> str:
+    def stop(self, why: Reason = STOP_ASKED) -> str:
         """Ramp to a stop, and return what happens in words.
 
         Poses are refused until the sliders are at rest; streams until they have paused.
         """
         self.stops += 1
         self._streams.need_release()
-        dropped = self._queue.drop_target(GoalCode.STOPPED, STOP_ASKED.text)
-        self._newest_target.end_driven(GoalCode.STOPPED, STOP_ASKED.text)
+        dropped = self._queue.drop_target(GoalCode.STOPPED, why.text)
+        self._newest_target.end_driven(GoalCode.STOPPED, why.text)
         state, reason = self._states.state, self._states.reason
         if state is FAULT and self.leads:
             return f"ramping to a stop already: {state.value}: {reason}"
         if state not in IN_MOTION:
+            if state is IDLE and why is not STOP_ASKED:
+                self._states.change(IDLE, why)
             return f"nothing moves: {state.value}" + (f"; dropped {dropped}" if dropped else "")
         if state is STOPPING:
             self._states.stop_was_asked_for = True
             return f"ramping to a stop already: {reason}"
-        self.brake(STOP_ASKED)
+        self.brake(why)
         return f"ramping to a stop: was {state.value}, {reason}"
 
     def enable(self, now: float) -> str:

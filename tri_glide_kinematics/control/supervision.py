@@ -1,4 +1,4 @@
-"""Watches what has to come in time: measured heights, and commands that have to be renewed.
+"""Watches what has to come in time: measured heights, commands that are renewed, and programs.
 
 What the sliders are measured to do is compared with what they were told. Of the commands it is
 known how often they come, and when a stopped stream may go on. No ROS in here.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from tri_glide_kinematics.control.operating_state import Cause, CommandRefusedError, Reason
 from tri_glide_kinematics.errors import Refusal
@@ -308,3 +309,64 @@ class Streams:
         """Listen to none before its sender has let go."""
         self.twists.need_release()
         self.targets.need_release()
+
+
+# A cycle that comes late counts for no more than this part of the timeout: what has come in
+# meanwhile is read in the next ones.
+LONGEST_CYCLE = 0.1
+
+
+@dataclass
+class ToldRun:
+    """A run of a program, as it was told last.
+
+    Attributes:
+        name: file and line, for people.
+        safe_outputs: that it leaves behind if it is lost.
+        silence: since then [s].
+    """
+
+    name: str
+    safe_outputs: Sequence[Any]
+    silence: float = 0.0
+
+
+class ProgramRuns:
+    """Knows which runs of programs go on: each is renewed as long as what drives it lives.
+
+    Attributes:
+        timeout: longest time without a word of a run [s].
+        safe_outputs: of runs that were lost; who publishes them, at rest, clears it.
+    """
+
+    def __init__(self, timeout: float) -> None:
+        """Know of no run."""
+        self.timeout = timeout
+        self.safe_outputs: list[Any] = []
+        self._runs: dict[int, ToldRun] = {}
+        self._looked = -math.inf
+
+    def tell(self, number: int, run: ToldRun, *, has_ended: bool) -> None:
+        """Take in what is told of the run of a ``number``."""
+        self._runs.pop(number, None)
+        if not has_ended:
+            self._runs[number] = run
+
+    def lost(self, now: float) -> Reason | None:
+        """Return why the machine has to stop ``now`` [s], as a run is told no more; or None.
+
+        To be called in each control cycle. The run is forgotten: told again, it is another one.
+        """
+        passed = min(now - self._looked, LONGEST_CYCLE * self.timeout)
+        self._looked = now
+        reason = None
+        for number, run in list(self._runs.items()):
+            run.silence += passed
+            if run.silence > self.timeout:
+                del self._runs[number]
+                self.safe_outputs += run.safe_outputs
+                reason = Reason(
+                    Cause.PROGRAM_LOST,
+                    f"what drives {run.name} has told nothing for {number_text(self.timeout)} s",
+                )
+        return reason

@@ -13,15 +13,17 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
-from tri_glide_interfaces.msg import Output
+from tri_glide_interfaces.msg import Output, ProgramRun
 from tri_glide_kinematics.control import (
     FeedForward,
     Health,
     LoopStatistics,
     MotionController,
+    ProgramRuns,
     Reason,
     Streams,
     Supervisor,
+    ToldRun,
     health_of,
 )
 from tri_glide_kinematics.errors import KinematicsError
@@ -29,6 +31,7 @@ from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.reason_log import ReasonLog, RefusalLog
+from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
 from tri_glide_kinematics.ros.inputs import (
     NODE_ENDS,
     MachineServices,
@@ -117,7 +120,7 @@ class IkNode(Node):
         self._reader = SliderMeasurements(values["joint_names"], values["height_offsets"])
         self._refused = RefusalLog(self.get_logger().warning, lines_per_second=10)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
-        self._stalls = ReasonLog(self.get_logger().warning, lines_per_second=1)
+        self._warnings = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._loop = LoopStatistics(period)
         self._reports = StateReports(self, self._refused, values["base_frame"])
         self._stream_topics: tuple[str, ...] = ()
@@ -158,6 +161,7 @@ class IkNode(Node):
             ),
         )
         self._reports.progress = lambda: self._controller.progress
+        self._runs = ProgramRuns(values["program_timeout"])
         parameters.on_change(self._apply)
         self._others = OtherPublishers(self, self._outputs.publishers, self._on_others)
         services = MachineServices(
@@ -176,9 +180,11 @@ class IkNode(Node):
         self._measured = self.create_subscription(
             JointState, "joint_states", self._on_measured, qos_profile_sensor_data, raw=True
         )
+        read_kinds_within_bytes((ProgramRun,))
+        runs = self.create_subscription(ProgramRun, "program_run", self._on_run, RELIABLE)
         self._stream_topics = (twists.topic_name, states.topic_name)
         self._reliable_topics = (poses.topic_name, paths.topic_name)
-        urgent = (self._measured, poses, twists, states, paths, *services.urgent)
+        urgent = (self._measured, poses, twists, states, paths, runs, *services.urgent)
         # The way to a pose takes a millisecond to plan: it begins in the sleep before the cycle.
         self.cycle = Cycle(
             urgent, period, self._cycle, self._plan, (poses,), self._may_end, self._end
@@ -213,7 +219,13 @@ class IkNode(Node):
     def _look(self, now: float) -> None:
         delay = self._loop.cycle(now)
         if delay is not None:
-            self._stalls.add(f"a cycle came {1000.0 * delay:.3g} ms late: no setpoint in that time")
+            self._warnings.add(
+                f"a cycle came {1000.0 * delay:.3g} ms late: no setpoint in that time"
+            )
+        lost = self._runs.lost(now)
+        if lost is not None:
+            self._warnings.add(lost.text)
+            self._controller.stop(lost)
         self._actions.look()
 
     def _setpoint(self, now: float) -> SliderState | None:
@@ -239,11 +251,11 @@ class IkNode(Node):
             return None
 
     def _tell(self, now: float, setpoint: SliderState | None) -> None:
-        passed = self._controller.passed_outputs
-        if passed:
-            for output in passed:
+        passed, safe = self._controller.passed_outputs, self._runs.safe_outputs
+        for outputs in (passed, safe if self._controller.rests else []):
+            for output in outputs:
                 self._path_outputs.publish(output)
-            passed.clear()
+            outputs.clear()
         self._reports.tell()
         self._actions.answer(now + self._time_for_requests)
         if self._motion_states.is_due():
@@ -319,6 +331,11 @@ class IkNode(Node):
         except KinematicsError as error:
             self._refused.refuse(f"refused a target state: {error}", error.refusal)
 
+    def _on_run(self, message: ProgramRun) -> None:
+        line = f", line {message.line}" if message.line else ""
+        told = ToldRun(f"{message.file}{line}", message.safe_outputs)
+        self._runs.tell(message.run, told, has_ended=message.state == ProgramRun.ENDED)
+
     def _on_path(self, data: bytes) -> None:
         try:
             self._actions.follow_points(data)
@@ -348,6 +365,7 @@ class IkNode(Node):
         streams = self._controller.streams
         streams.twists.timeout = values["twist_timeout"]
         streams.targets.timeout = self._target_timeout = values["target_timeout"]
+        self._runs.timeout = values["program_timeout"]
         self._tracking_latency = values["tracking_latency"]
         self._follow_poses = values["follow_poses"]
         self._engine.set_follow_horizon(values["follow_horizon"])
@@ -363,7 +381,7 @@ class IkNode(Node):
     def _health(self) -> Health:
         unusable = self._unusable.end_of_second()
         self._reports.end_of_second()
-        self._stalls.end_of_second()
+        self._warnings.end_of_second()
         return health_of(
             self._controller,
             self._supervisor,

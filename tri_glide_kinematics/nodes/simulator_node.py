@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import random
+import time
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
@@ -15,12 +16,16 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Bool
 
+from tri_glide_interfaces.msg import MachineState, Output
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.programs import SWITCHED_OFF
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.cdr import FIRST, SECOND, THIRD, StampedTriples
 from tri_glide_kinematics.ros.inputs import SliderMeasurements, StampedReading
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle, steady_timer
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
+from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.settings import (
     SIMULATOR_NODE,
@@ -38,6 +43,7 @@ from tri_glide_kinematics.simulation import (
     PlatformState,
     Setpoint,
     SimulatedDrives,
+    SimulatedOutputs,
     SimulatedPlate,
     SimulatedSliders,
     SimulatedSwing,
@@ -55,6 +61,9 @@ CONTACT_PERIOD = 0.02
 
 # Number of setpoints that may wait after a stall where each of them counts.
 WAITING_SETPOINTS = 1000
+
+# ik_node, which tells its state twice a second at least, is gone after a longer silence [s].
+SILENCE = 1.0
 
 # Time [ns] that equally spaced stamps of a sensor may be away from the clock.
 CLOCK_TOLERANCE = 20_000_000
@@ -187,7 +196,13 @@ class SimulatorNode(Node):
         commands = self.create_subscription(
             JointState, "joint_commands", self._on_command, quality, raw=True
         )
-        self.cycle = Cycle((commands,), self._period, self._cycle)
+        self._outputs = SimulatedOutputs(SWITCHED_OFF, SILENCE)
+        self._true_outputs = self.create_publisher(Output, "true_outputs", LATEST_OUTPUTS)
+        self.create_subscription(Output, "outputs", self._on_output, LATEST_OUTPUTS)
+        signs = self.create_subscription(
+            MachineState, "ik_node/machine_state", self._on_sign_of_life, LATCHED, raw=True
+        )
+        self.cycle = Cycle((commands, signs), self._period, self._cycle)
         PatientServices(self)
 
     def _on_command(self, data: bytes) -> None:
@@ -204,6 +219,12 @@ class SimulatorNode(Node):
             self._reasons.add(
                 f"ignored a command: heights {vector_text(reading.heights)} m are not finite"
             )
+
+    def _on_output(self, message: Output) -> None:
+        self._outputs.set(message.name, message.number, message.value)
+
+    def _on_sign_of_life(self, _: bytes) -> None:
+        self._outputs.hear(time.monotonic())
 
     def _setpoint(self, reading: StampedReading, data: bytes) -> Setpoint:
         """Return the setpoint of a command; its efforts are the feed-forward of the drives."""
@@ -225,6 +246,8 @@ class SimulatorNode(Node):
         return setpoint
 
     def _cycle(self) -> None:
+        for name, number, value in self._outputs.look(time.monotonic()):
+            self._true_outputs.publish(Output(name=name, number=number, value=value))
         states = []
         now = self._now().nanoseconds
         if not self._values["setpoint_period"]:

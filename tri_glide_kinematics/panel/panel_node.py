@@ -122,6 +122,7 @@ class PanelNode(Node):
             self._feeds.urgent,
             1.0 / FRAMES,
             self._frame,
+            may_end=self._program.may_end,
             end=self._end,
             own=self._feeds.swing.own,
         )

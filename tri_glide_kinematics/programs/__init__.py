@@ -47,11 +47,13 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.program import from_line as from_line
     from tri_glide_kinematics.programs.run import APPROACH_SPEED as APPROACH_SPEED
     from tri_glide_kinematics.programs.run import START_TIMEOUT as START_TIMEOUT
+    from tri_glide_kinematics.programs.run import SWITCHED_OFF as SWITCHED_OFF
     from tri_glide_kinematics.programs.run import GoalEnd as GoalEnd
     from tri_glide_kinematics.programs.run import GoalProgress as GoalProgress
     from tri_glide_kinematics.programs.run import MachineNow as MachineNow
     from tri_glide_kinematics.programs.run import ProgramMachine as ProgramMachine
     from tri_glide_kinematics.programs.run import ProgramRun as ProgramRun
+    from tri_glide_kinematics.programs.run import RunNews as RunNews
     from tri_glide_kinematics.programs.settings import WORK_OFFSETS as WORK_OFFSETS
     from tri_glide_kinematics.programs.settings import Dialect as Dialect
     from tri_glide_kinematics.programs.settings import ProgramSettings as ProgramSettings

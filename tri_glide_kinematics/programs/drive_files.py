@@ -46,10 +46,12 @@ class DriveFile:
     Attributes:
         frame: of all places; empty for that of the machine.
         steps: in their order.
+        file: where it is from.
     """
 
     frame: str
     steps: tuple[Step, ...]
+    file: str = ""
 
 
 class _Numbers(NamedTuple):
@@ -88,7 +90,8 @@ class _Reader:
         frame = self._keys.text("frame", "")
         entries = self._keys.entries("steps")
         self._keys.finish()
-        return DriveFile(frame, tuple(self._step(*each) for each in enumerate(entries, 1)))
+        steps = tuple(self._step(*each) for each in enumerate(entries, 1))
+        return DriveFile(frame, steps, self._file)
 
     def _step(self, number: int, entry: Any) -> Step:
         place = f"step {number}"

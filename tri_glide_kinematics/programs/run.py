@@ -6,6 +6,7 @@ It knows no ROS: a ``ProgramMachine`` takes goals and outputs, and tells what th
 from __future__ import annotations
 
 import math
+import secrets
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -52,7 +53,12 @@ PAUSED_WITHIN = 1e-4
 # may lead past anything [m/s].
 APPROACH_SPEED = 0.05
 
-# Outputs that a program which ends before its end does not leave on.
+# How often a run is told, and after which time without a look it has ended, as it may be taken for
+# lost. ``program_timeout`` of ``ik_node`` is at least the sum of both and a margin [s].
+TELL_PERIOD = 0.2
+LONGEST_PAUSE = 0.7
+
+# Outputs that a program which ends before its end does not leave on, however it ends.
 SWITCHED_OFF = ("spindle", "flood", "mist")
 
 # In these states the machine rests when its speed is 0, and nobody else has it move.
@@ -132,6 +138,28 @@ class MachineNow(NamedTuple):
     segment: int
 
 
+class RunNews(NamedTuple):
+    """What is told of a run to all who listen.
+
+    Attributes:
+        number: at random; another one for each run.
+        file: that is driven.
+        line: that is driven, or is next; 0 in a file without lines.
+        lines: of the file.
+        state: as somebody outside sees it.
+        doing: what it does, in words.
+        safe_outputs: what outputs change to where the run is told no more.
+    """
+
+    number: int
+    file: str
+    line: int
+    lines: int
+    state: RunState
+    doing: str
+    safe_outputs: Sequence[Output]
+
+
 class ProgramMachine(Protocol):
     """What a run asks for."""
 
@@ -155,8 +183,15 @@ class ProgramMachine(Protocol):
         """
 
     @property
+    def taken_by(self) -> str:
+        """Which run somebody else drives now, in words; empty if there is none."""
+
+    @property
     def has_delivered(self) -> bool:
-        """Whether all outputs have arrived."""
+        """Whether all outputs and news have arrived."""
+
+    def tell(self, news: RunNews) -> None:
+        """Tell all who listen what the run does: where it is told no more, the machine stops."""
 
     def move_to(
         self, position: Vector3, frame: str = "", speed: float = 0.0, kind: str = ""
@@ -476,7 +511,11 @@ class ProgramRun:
         # When they change the run ends.
         self._stops = None if machine.now is None else machine.now.stops
         changes = (output for step in program.steps for output in step.changes)
-        self._switched = sorted({each.name for each in changes if each.name in SWITCHED_OFF})
+        used = sorted({(each.name, each.number) for each in changes if each.name in SWITCHED_OFF})
+        self._safe_outputs = [Output(*each, 0.0, 0, 0) for each in used]
+        self._number, self._file = secrets.randbits(64), str(Path(program.file).absolute())
+        self._lines = program.lines if isinstance(program, Program) else 0
+        self._tell_at = -math.inf
         self._course = self._run()
 
     @property
@@ -512,8 +551,12 @@ class ProgramRun:
 
     def look(self, now: float) -> None:
         """Do what is to be done at a time [s], without waiting for anything."""
-        self._status.now = now
+        last, self._status.now = self._status.now, now
+        if -math.inf < last < now - LONGEST_PAUSE:
+            self.stop(f"nothing drove it for {now - last:.1f} s, so the machine stops")
         self._look_for_stop()
+        if now >= self._tell_at:
+            self._tell(self.state)
         next(self._course, None)
         if self._keeper is not None:
             self._keeper.keep(self.line, self.state, self.is_whole, now)
@@ -532,7 +575,10 @@ class ProgramRun:
             self._driver.goal.cancel()
 
     def let_go(self) -> None:
-        """Stop, and switch off at once: nobody waits until the platform rests."""
+        """Stop, and switch off at once: nobody waits until the platform rests.
+
+        No end is told: should the stop not arrive, ``ik_node`` takes the run for lost.
+        """
         self.stop("interrupted")
         self._tell_off()
 
@@ -550,7 +596,7 @@ class ProgramRun:
         """Run the program to its end, or to where it fails or is stopped."""
         status = self._status
         yield from self._find()
-        is_good = not self.reports
+        is_good = has_begun = not self.reports
         if status.why_stopped is not None:
             # No step will say so.
             status.say(status.why_stopped)
@@ -573,8 +619,9 @@ class ProgramRun:
                 status.line = self._rest[0].line_at()
                 yield from self._driver.wait(f"line {status.line} is next")
         self.reports += (StepReport(step, NOT_DRIVEN) for step in self._rest)
-        if not is_good or status.is_stopped:
+        if has_begun and (not is_good or status.is_stopped):
             yield from self._switch_off()
+        self._tell(RunState.ENDED)
         # The last outputs have to arrive before a process ends.
         begin = status.now
         while status.now < begin + SILENCE and not self._machine.has_delivered:
@@ -582,7 +629,7 @@ class ProgramRun:
         status.state = RunState.ENDED
 
     def _find(self) -> Iterator[None]:
-        """Wait until there is a machine."""
+        """Wait until there is a machine, which nobody else may drive a program on."""
         status = self._status
         end = status.now + START_TIMEOUT
         while not self._machine.is_ready and not status.is_stopped:
@@ -595,6 +642,10 @@ class ProgramRun:
                 self.reports.append(StepReport(self._rest.popleft(), "lost", text=text))
                 return
             yield
+        if self._machine.taken_by:
+            text = f"nothing begun: {self._machine.taken_by}"
+            status.say(text)
+            self.reports.append(StepReport(self._rest.popleft(), "refused", text=text))
 
     def _take(self) -> Step:
         """Return what is driven next: a step, or with single blocks what one line says of it."""
@@ -629,14 +680,21 @@ class ProgramRun:
     def _switch_off(self) -> Iterator[None]:
         """Tell that spindle and coolant are off, when the platform rests."""
         end = self._status.now + REST_TIMEOUT
-        while self._switched and not self._rests and self._status.now < end:
+        while self._safe_outputs and not self._rests and self._status.now < end:
             yield
         self._tell_off()
 
     def _tell_off(self) -> None:
-        for name in self._switched:
-            self._status.begin(f"output {name} 0 is 0")
-            self._machine.put_out(Output(name, 0, 0.0, 0, 0))
+        for output in self._safe_outputs:
+            self._status.begin(f"output {output.name} {output.number} is 0")
+            self._machine.put_out(output)
+
+    def _tell(self, state: RunState) -> None:
+        """Tell what the run does, and when next: never, if it has ended."""
+        end = state is RunState.ENDED
+        self._tell_at = math.inf if end else self._status.now + TELL_PERIOD
+        about = self._number, self._file, self.line, self._lines
+        self._machine.tell(RunNews(*about, state, self.doing, self._safe_outputs))
 
     @property
     def _rests(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -15,9 +16,18 @@ from rclpy.node import Node
 from tri_glide_interfaces.action import FollowPath, MoveTo
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import Output as OutputMessage
+from tri_glide_interfaces.msg import ProgramRun as RunMessage
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
-from tri_glide_kinematics.programs import GoalEnd, GoalProgress, MachineNow, Output
+from tri_glide_kinematics.programs import (
+    GoalEnd,
+    GoalProgress,
+    KeptLine,
+    MachineNow,
+    Output,
+    RunNews,
+    RunState,
+)
 from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS, vector_of
 from tri_glide_kinematics.ros.outputs import LATCHED, state_of
@@ -153,17 +163,34 @@ def output_message(output: Output) -> OutputMessage:
     return OutputMessage(name=output.name, number=output.number, value=float(output.value))
 
 
+# After this time without a word a run is shown as gone [s].
+GONE = 1.0
+
+RUN_STATES = {
+    RunState.RUNNING: RunMessage.RUNNING,
+    RunState.WAITING: RunMessage.WAITING,
+    RunState.STOPPING: RunMessage.STOPPING,
+    RunState.ENDED: RunMessage.ENDED,
+}
+
+
 class ProgramLink(GoalSender):
     """A ``ProgramMachine``: goals, outputs, and the state of the machine; made once for a node.
 
     Attributes:
         machine: its newest state; None before the first.
+        other: what was told last of a run that somebody else drives, or drove until that was gone;
+            None if there is none.
     """
 
     def __init__(self, node: Node) -> None:
         """Run programs as a part of ``node``."""
         super().__init__(node)
         self.machine: MachineState | None = None
+        self.other: RunMessage | None = None
+        self._heard_at, self._own_run = 0.0, 0
+        self._runs = node.create_publisher(RunMessage, "program_run", 10)
+        node.create_subscription(RunMessage, "program_run", self._take_run, 10)
         self._outputs = node.create_publisher(OutputMessage, "outputs", LATEST_OUTPUTS)
         node.create_subscription(MachineState, "ik_node/machine_state", self._take, LATCHED)
 
@@ -178,8 +205,44 @@ class ProgramLink(GoalSender):
 
     @property
     def has_delivered(self) -> bool:
-        """Whether all outputs have arrived."""
-        return bool(self._outputs.wait_for_all_acked(Duration()))
+        """Whether all outputs and news have arrived."""
+        return all(each.wait_for_all_acked(Duration()) for each in (self._outputs, self._runs))
+
+    @property
+    def other_goes_on(self) -> bool:
+        """Whether somebody else drives a run now."""
+        return self.other is not None and monotonic() - self._heard_at <= GONE
+
+    @property
+    def taken_by(self) -> str:
+        """Which run somebody else drives now, in words; empty if there is none."""
+        other = self.other
+        if other is None or not self.other_goes_on:
+            return ""
+        return f"{other.driver} runs {other.file}"
+
+    def find(self, kept: KeptLine) -> None:
+        """Take up a run that was kept: it may go on if it was not kept as one that has ended."""
+        if kept.state is not RunState.ENDED:
+            self.other = RunMessage(driver="another node", file=kept.program, line=kept.line)
+            self._heard_at = monotonic()
+
+    def tell(self, news: RunNews) -> None:
+        """Tell all who listen what a run does."""
+        self._own_run = news.number
+        if not self.other_goes_on:
+            self.other = None
+        message = RunMessage(
+            run=news.number,
+            driver=self._node.get_name(),
+            file=news.file,
+            line=news.line,
+            lines=news.lines,
+            state=RUN_STATES[news.state],
+            doing=news.doing,
+            safe_outputs=[output_message(output) for output in news.safe_outputs],
+        )
+        self._runs.publish(message)
 
     def put_out(self, output: Output) -> None:
         """Change an output, now."""
@@ -187,3 +250,8 @@ class ProgramLink(GoalSender):
 
     def _take(self, message: MachineState) -> None:
         self.machine = message
+
+    def _take_run(self, message: RunMessage) -> None:
+        if message.run != self._own_run:
+            has_ended = message.state == RunMessage.ENDED
+            self.other, self._heard_at = None if has_ended else message, monotonic()

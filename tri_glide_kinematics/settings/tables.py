@@ -410,6 +410,9 @@ IK_NODE = (
     live("target_timeout", 0.5,
         "the machine stops if no state of a moving target arrives for longer than this",
         "s", 0.01, 10.0),
+    live("program_timeout", 1.0,
+        "the machine stops, and outputs become safe, if what drives a program tells nothing for "
+        "longer than this", "s", 1.0, 60.0),
     live("follow_poses", False,
         "whether poses come at a rate and are followed, like a target that moves; the last one is "
         "reached"),

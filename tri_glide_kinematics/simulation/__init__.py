@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.simulation.sliders import PositionControl as PositionControl
     from tri_glide_kinematics.simulation.sliders import Setpoint as Setpoint
     from tri_glide_kinematics.simulation.sliders import SimulatedDrives as SimulatedDrives
+    from tri_glide_kinematics.simulation.sliders import SimulatedOutputs as SimulatedOutputs
     from tri_glide_kinematics.simulation.sliders import SimulatedPlate as SimulatedPlate
     from tri_glide_kinematics.simulation.sliders import SimulatedSliders as SimulatedSliders
     from tri_glide_kinematics.simulation.sliders import SliderFaults as SliderFaults

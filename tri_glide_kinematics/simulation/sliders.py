@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import ceil
 from typing import NamedTuple
@@ -332,3 +332,40 @@ class DriveTime:
             return [(setpoint, self._setpoint_period) for setpoint in waiting]
         self._silence += period
         return [(None, period)] if self._silence > PATIENCE else []
+
+
+class SimulatedOutputs:
+    """Outputs that follow what they are told while there are signs of life, and else are safe."""
+
+    def __init__(self, switched_off: Collection[str], patience: float) -> None:
+        """Have no outputs yet.
+
+        Args:
+            switched_off: names of those that are 0 where there is no sign of life; the others keep
+                their values.
+            patience: longest time without one [s].
+        """
+        self._switched_off = switched_off
+        self._patience = patience
+        self._heard_at = -math.inf
+        # By name and number: what they are to be, and are.
+        self._wanted: dict[tuple[str, int], float] = {}
+        self._values: dict[tuple[str, int], float] = {}
+
+    def hear(self, now: float) -> None:
+        """Take in a sign of life [s]."""
+        self._heard_at = now
+
+    def set(self, name: str, number: int, value: float) -> None:
+        """Have an output changed by the next ``look``."""
+        self._wanted[name, number] = value
+
+    def look(self, now: float) -> list[tuple[str, int, float]]:
+        """Return name, number and value of the outputs that change ``now`` [s]."""
+        if now - self._heard_at > self._patience:
+            for name, number in self._wanted:
+                if name in self._switched_off:
+                    self._wanted[name, number] = 0.0
+        changed = self._wanted.items() - self._values.items()
+        self._values.update(changed)
+        return [(*key, value) for key, value in changed]

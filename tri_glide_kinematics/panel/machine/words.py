@@ -66,6 +66,7 @@ CAUSES = {
     "setpoint",
     Cause.PROGRAM_ERROR: "an error inside ik_node, which ends",
     Cause.NODE_ENDS: "ik_node ends",
+    Cause.PROGRAM_LOST: "what drove a program is gone: it told nothing for {PROGRAM_TIMEOUT}",
 }
 
 REFUSALS = {

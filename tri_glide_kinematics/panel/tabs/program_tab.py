@@ -12,6 +12,7 @@ import numpy as np
 import viser
 
 from tri_glide_interfaces.msg import MachineState
+from tri_glide_interfaces.msg import ProgramRun as RunMessage
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine import (
     SLOWEST_SPEED,
@@ -45,6 +46,7 @@ from tri_glide_kinematics.programs import (
     RunState,
     from_line,
     line_to_go_on_from,
+    load_kept,
 )
 from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -180,6 +182,8 @@ class ProgramTab:
         # Texts change their height: below them, a button would move under the finger.
         self._progress = gui.add_html("")
         self._words = gui.add_html("")
+        with suppress(KinematicsError):
+            link.find(load_kept(kept))
 
     def step(self, facts: MachineFacts | None) -> None:
         """Take what has come, and go on; ``facts`` are those of the machine that is there."""
@@ -220,6 +224,11 @@ class ProgramTab:
         """End the run, if there is one: the machine was told to stop."""
         if self._run is not None:
             self._run.stop()
+
+    def may_end(self) -> bool:
+        """End the run, if there is one, and return whether its platform rests, outputs off."""
+        self.stop()
+        return not self._is_running
 
     def close(self) -> None:
         """End the process that reads, if there is one."""
@@ -320,7 +329,8 @@ class ProgramTab:
         elif self._is_running:
             self.stop()
         else:
-            self._requests.refuse("nothing stopped: no program runs")
+            # Whatever moves, whoever drives it.
+            self._requests.link.trigger("stop")
 
     def _begin_run(self) -> None:
         read = self._ready("nothing begun")
@@ -385,6 +395,10 @@ class ProgramTab:
 
     def _show_progress(self) -> None:
         run, chosen = self._run, self._chosen
+        if not self._is_running and (told := self._told_of_other()):
+            self._progress.content = told
+            self._mark(0)
+            return
         if run is None or chosen.read is None:
             self._progress.content = ""
             self._mark(0)
@@ -418,6 +432,25 @@ class ProgramTab:
             )
         )
         self._mark(0 if is_done else line)
+
+    def _told_of_other(self) -> str:
+        """Return what the page tells of a run that somebody else drives, or drove until lost."""
+        other = self._link.other
+        if other is None:
+            return ""
+        name, line = Path(other.file).name, max(other.line, 1)
+        is_here = Path(other.file) == self._folder.folder.absolute() / name
+        if is_here and not self._chosen.name:
+            self._choose(name)
+        if self._link.other_goes_on:
+            words = f"{other.driver} runs {name}: line {line:,} of {other.lines:,}; {other.doing}"
+            part = line / max(other.lines, line)
+            return table([(f"{100.0 * part:.0f} %", bar(part))]) + note(words)
+        if other.state != RunMessage.ENDED:
+            other.state = RunMessage.ENDED
+            if is_here and name == self._chosen.name:
+                self._line.set(line)
+        return note(f"{name} ended at line {line:,}, because what drove it is gone")
 
     def _mark(self, line: int) -> None:
         """Mark a line of the path in the scene; 0 is none."""

@@ -149,6 +149,9 @@ def _write(values: tuple[float, float, float] | None, part: Point | Vector3) -> 
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
+# A state that does not change is told again after this, as a sign of life [s].
+RENEWAL = 0.5
+
 # At the end of the node one waits for this long for those who listen [s].
 FAREWELL = 0.2
 
@@ -183,6 +186,7 @@ class StateReports:
         # another.
         self._first_stop = secrets.randbits(31)
         self._told: tuple[ControllerStatus, bytes, int, str] | None = None
+        self._told_at = -math.inf
         self._health: Health | None = None
         self._logged: ControllerStatus | None = None
         self._machine_states = node.create_publisher(MachineState, TOPIC, LATCHED)
@@ -205,14 +209,15 @@ class StateReports:
                 self.publish(status)
 
     def publish(self, status: ControllerStatus) -> None:
-        """Publish a status, unless that is told already."""
+        """Publish a status, unless that is told already, and not long ago."""
         progress = self.progress()
         # As bytes, as NaN is not equal to itself.
         row = PROGRESS.pack(*progress.position, *progress[1:])
         told = status, row, self._refused.total, self.remark
-        if told == self._told:
+        now = time.monotonic()
+        if told == self._told and now - self._told_at < RENEWAL:
             return
-        self._told = told
+        self._told, self._told_at = told, now
         message = machine_state(
             status, progress, self._refused, self.remark, self._frame, self._clock
         )
