@@ -354,11 +354,15 @@ def test_where_the_command_dies_or_is_held_the_machine_rests_and_is_switched_off
     def line():
         return load_kept(kept).line if kept.exists() else 0
 
-    client.wait_for(lambda: line() > 12, "some lines")
+    def is_on():
+        # What earlier tests have switched is told, too.
+        return told(true_outputs)[-1:] == [("spindle", 0, 500.0)]
+
+    client.wait_for(lambda: line() > 12 and is_on(), "some lines")
     command.process.send_signal(how)
     driven = line()
-    client.wait_for(lambda: told(true_outputs)[-1:] == [("spindle", 0, 0.0)], "the spindle to stop")
-    assert machine.cause is Cause.PROGRAM_LOST
+    client.wait_for(lambda: not is_on(), "the spindle to stop")
+    client.wait_for(lambda: machine.cause is Cause.PROGRAM_LOST, "the lost run")
     assert "part.gcode, line " in machine.reason
     machine.catch_up()
     assert not any(machine.commands[-1].velocity)
