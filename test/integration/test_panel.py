@@ -438,7 +438,7 @@ BOXES = """ELEMENTS.map((each) => {
 
 def show_swing(panel: Panel, page: Page) -> None:
     """Show the tab of the swing; a page that has just changed its size does not hear each click."""
-    shown = f"{field('2nd [Hz, %]')} !== undefined"
+    shown = f"{field('2nd [Hz]')} !== undefined"
     panel.click_until(
         page, tab("Swing"), lambda seconds: page.wait_for(shown, "the swing", seconds, panel.spin)
     )
