@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from os import getpid, scandir
 from pathlib import Path
+from time import monotonic
 from typing import BinaryIO
 
 import numpy as np
@@ -20,6 +21,7 @@ from tri_glide_kinematics.panel.machine import (
     Bounds,
     MachineFacts,
     OperatorRequests,
+    bar,
     clock_text,
     note,
     table,
@@ -424,6 +426,12 @@ class ChosenProgram:
         self.close()
         self._begin(self.path, is_check=True)
 
+    def cancel(self) -> None:
+        """End what is being done with it; what is not read is not chosen any more."""
+        self.close()
+        if self.read is None:
+            self.name = ""
+
     def close(self) -> None:
         """End the process that reads, if there is one."""
         if self._process is not None:
@@ -475,8 +483,10 @@ class ChosenProgram:
     def text(self, *, is_running: bool) -> str:
         """Return what is known of it, for the page."""
         parts = []
-        if self.is_in_work:
-            parts.append(note(f"{self.in_work} ..."))
+        if self._process is not None:
+            part, seconds = self._process.part, clock_text(monotonic() - self._process.begun_at)
+            parts.append(table([(f"{100.0 * part:.0f} %", bar(part))]))
+            parts.append(note(f"{self.in_work}, since {seconds} (cancel ends it)"))
         if is_running and self.is_changed:
             text = f"{self.changed}: what runs is what was read before"
             parts.append(note(text, is_bad=True))

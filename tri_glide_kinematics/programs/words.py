@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -99,6 +99,14 @@ class Word(NamedTuple):
     text: str
 
 
+# Gets which part of a long work is done, from 0 to 1.
+TellPart = Callable[[float], object]
+
+
+def tell_nobody(_: float) -> None:
+    """Tell nobody which part of a work is done."""
+
+
 class Block(NamedTuple):
     """The words of some lines in succession.
 
@@ -157,8 +165,8 @@ class WordReader:
         """Whether the last line has no end, as that of a file that is cut off."""
         return not self._data.endswith(b"\n")
 
-    def blocks(self) -> Iterator[Block]:
-        """Yield all words, some lines after the other."""
+    def blocks(self, tell_part: TellPart) -> Iterator[Block]:
+        """Yield all words, some lines after the other; ``tell_part`` gets the part that is done."""
         begin, line = 0, 1
         while begin < len(self._data):
             end = self._data.find(b"\n", min(begin + BLOCK, len(self._data))) + 1
@@ -168,6 +176,7 @@ class WordReader:
             yield block
             begin += len(part)
             line += len(block.ends)
+            tell_part(begin / len(self._data))
 
     def error(self, line: int, index: int, reason: str) -> ProgramError:
         """Return the error about a word of a line.

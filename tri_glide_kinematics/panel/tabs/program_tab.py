@@ -13,6 +13,7 @@ import viser
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine import (
+    WARNING,
     MachineFacts,
     NewestWish,
     OperatorRequests,
@@ -141,7 +142,7 @@ class ProgramTab:
         self._single_block = OperatorsInput(
             requests, gui.add_checkbox("Single block", initial_value=False), self._set_single_block
         )
-        buttons = gui.add_button_group("Program", ("check", "run"))
+        buttons = gui.add_button_group("Program", ("check", "run", "cancel"))
         buttons.on_click(requests.on(self._press))
         press = requests.on(self._press)
 
@@ -273,6 +274,12 @@ class ProgramTab:
                 self._chosen.prove()
         elif what == "run":
             self._begin_run()
+        elif what == "cancel":
+            if self._chosen.is_in_work:
+                self._requests.history.add(WARNING, f"cancelled: {self._chosen.in_work}")
+                self._chosen.cancel()
+            else:
+                self._requests.refuse("nothing cancelled: no program is being read or proved")
         elif what == "pause":
             self._requests.link.trigger("pause")
         elif what == "go on":
