@@ -30,6 +30,7 @@ class TextPage:
         tab: that is open: only what it shows is read and pressed.
         strip: what stands above the page, by its kind: state, reason, refusal, pages.
         nodes: names of all that the scene has.
+        downloads: pieces of the files that came, by their names.
     """
 
     def __init__(self, address: str, tab: str = "Drive") -> None:
@@ -37,6 +38,8 @@ class TextPage:
         self.tab = tab
         self.strip: dict[str, Any] = {}
         self.nodes: set[str] = set()
+        self.downloads: dict[str, list[bytes]] = {}
+        self._transfers: dict[str, str] = {}
         self._settings: dict[str, Any] = {}
         self._controls: dict[str, dict[str, Any]] = {}
         self._socket = page_reader.connected(address)
@@ -64,6 +67,12 @@ class TextPage:
             if "value" in updates:
                 control["value"] = updates["value"]
             control["props"].update(updates)
+        elif kind == "FileTransferStartDownload":
+            self._transfers[message["transfer_uuid"]] = message["filename"]
+            self.downloads[message["filename"]] = []
+        elif kind == "FileTransferPart":
+            name = self._transfers[message["transfer_uuid"]]
+            self.downloads[name].append(bytes(message["content"]))
         elif kind == "RemoveSceneNodeMessage":
             self.nodes.discard(message["name"])
         elif "container_uuid" in message:
