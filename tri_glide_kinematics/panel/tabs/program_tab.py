@@ -311,13 +311,15 @@ class ProgramTab:
     def _send(self, name: str) -> None:
         """Send a file to the page that has the controls."""
         path = self._folder.path(name)
-        if (size := path.stat().st_size) > LARGEST_SENT:
-            self._requests.refuse(
-                f"not sent: {name} has {size / 1e6:,.1f} MB, at most {LARGEST_SENT / 1e6:g} MB: "
-                f"copy {path}"
-            )
-        elif client := self._clients().get(self._requests.controls.holder):
-            client.send_file_download(name, path.read_bytes(), PIECE, save_immediately=True)
+        client = self._clients().get(self._requests.controls.holder)
+        try:
+            if (size := path.stat().st_size) > LARGEST_SENT:
+                text = f"{size / 1e6:,.1f} MB, at most {LARGEST_SENT / 1e6:g} MB: copy {path}"
+                self._requests.refuse(f"not sent: {name} has {text}")
+            elif client is not None:
+                client.send_file_download(name, path.read_bytes(), PIECE, save_immediately=True)
+        except OSError as error:
+            self._requests.refuse(f"not sent: {name}: {error.strerror or error}")
 
     def _take_row(self, row: int, _: object) -> None:
         """Let *run* begin at a line of the listing."""
