@@ -116,12 +116,12 @@ def _tell_check(
     Raises:
         KinematicsError: as for ``check_on_machine``.
     """
-    progress, told = ProgressLine(), [0]
+    progress, percents = ProgressLine(), [0]
 
     def tell_part(part: float) -> None:
-        if int(100.0 * part) > told[-1]:
-            told.append(int(100.0 * part))
-            progress.show(f"checks {program.file}: {told[-1]} %")
+        if int(100.0 * part) > percents[-1]:
+            percents.append(int(100.0 * part))
+            progress.show(f"checks {program.file}: {percents[-1]} %")
 
     try:
         check = check_on_machine(program, values, is_teaching=is_teaching, tell_part=tell_part)

@@ -311,7 +311,8 @@ class ProgramTab:
     def _send(self, name: str) -> None:
         """Send a file to the page that has the controls."""
         path = self._folder.path(name)
-        client = self._clients().get(self._requests.controls.holder)
+        holder = self._requests.controls.holder
+        client = None if holder is None else self._clients().get(holder)
         try:
             if (size := path.stat().st_size) > LARGEST_SENT:
                 text = f"{size / 1e6:,.1f} MB, at most {LARGEST_SENT / 1e6:g} MB: copy {path}"
