@@ -35,6 +35,7 @@ class TextPage:
         plots: how often curves were sent.
         loads: bytes that came up to each sign of life, since the one before.
         camera: where it stands and where it looks, as the panel has told it last [m].
+        downloads: pieces of the files that came, by their names.
     """
 
     def __init__(self, address: str, tab: str = "Drive") -> None:
@@ -46,6 +47,8 @@ class TextPage:
         self.loads: list[int] = []
         self._load = 0
         self.camera: dict[str, tuple[float, float, float]] = {}
+        self.downloads: dict[str, list[bytes]] = {}
+        self._transfers: dict[str, str] = {}
         self._settings: dict[str, Any] = {}
         self._controls: dict[str, dict[str, Any]] = {}
         self._socket = page_reader.connected(address)
@@ -83,6 +86,12 @@ class TextPage:
         elif kind in ("SetCameraPositionMessage", "SetCameraLookAtMessage"):
             name = "look_at" if "look_at" in message else "position"
             self.camera[name] = message[name]
+        elif kind == "FileTransferStartDownload":
+            self._transfers[message["transfer_uuid"]] = message["filename"]
+            self.downloads[message["filename"]] = []
+        elif kind == "FileTransferPart":
+            name = self._transfers[message["transfer_uuid"]]
+            self.downloads[name].append(bytes(message["content"]))
         elif kind == "RemoveSceneNodeMessage":
             self.nodes.discard(message["name"])
         elif "container_uuid" in message:

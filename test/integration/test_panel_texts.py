@@ -536,3 +536,29 @@ def test_the_next_panel_tells_where_the_program_of_one_that_was_killed_has_ended
     client.wait_for(lambda: not is_on(), "outputs that are off")
     client.wait_for(lambda: panel.machine.cause is Cause.CANCELLED, "the end of the run")
     assert panel.is_at_rest
+
+
+def test_lines_are_chosen_in_the_listing_and_files_renamed_sent_and_deleted(
+    panel: Panel, operator: TextPage
+) -> None:
+    operator.upload("square.ngc", SQUARE)
+    panel.read_until(operator, "-20 to 60 mm")
+    number, line = 3, SQUARE.splitlines()[2]
+    panel.read_until(operator, f"{number} {line}")
+    operator.click(f"{number}  {line}")
+    panel.client.wait_for(lambda: operator.value_of("From line") == str(number), "the line")
+    operator.click("download")
+    panel.client.wait_for(lambda: "square.ngc" in operator.downloads, "the file")
+    panel.client.wait_for(
+        lambda: b"".join(operator.downloads["square.ngc"]) == SQUARE.encode(), "all of it"
+    )
+    operator.set("Name", "other.ngc")
+    operator.click("rename")
+    panel.client.wait_for(lambda: operator.value_of("File") == "other.ngc", "the new name")
+    assert not (panel.programs / "square.ngc").exists()
+    operator.click("delete")
+    panel.read_until(operator, "delete other.ngc?")
+    assert (panel.programs / "other.ngc").exists()
+    operator.click("delete")
+    panel.client.wait_for(lambda: not (panel.programs / "other.ngc").exists(), "the end of it")
+    panel.client.wait_for(lambda: operator.value_of("File") == "choose a program", "no file")

@@ -179,3 +179,29 @@ def test_the_list_of_a_full_folder(desk: Desk, tmp_path: Path) -> None:
             desk.folder.path(name)
     ProgramFolder(folder)
     assert not (folder / ".9.part").exists()
+
+
+def test_a_file_is_renamed_and_removed_and_nothing_else_is(tmp_path: Path) -> None:
+    folder = ProgramFolder(tmp_path / "programs")
+    (tmp_path / "outside.ngc").write_text("M2\n")
+    folder.folder.mkdir()
+    for name in ("a.ngc", "b.ngc"):
+        (folder.folder / name).write_text(name)
+    for new, reason in (
+        ("b.ngc", "already"),
+        ("../c.ngc", "slash"),
+        (".c", "dot"),
+        ("", "no name"),
+    ):
+        with pytest.raises(ProgramFileError, match=f"not renamed.*{reason}"):
+            folder.rename("a.ngc", new)
+    for wrong in ("../outside.ngc", "c.ngc", ""):
+        with pytest.raises(ProgramFileError):
+            folder.rename(wrong, "d.ngc")
+        with pytest.raises(ProgramFileError):
+            folder.remove(wrong)
+    folder.rename("a.ngc", "c.ngc")
+    folder.remove("b.ngc")
+    assert [each.name for each in folder.folder.iterdir()] == ["c.ngc"]
+    assert folder.path("c.ngc").read_text() == "a.ngc"
+    assert (tmp_path / "outside.ngc").exists()

@@ -167,3 +167,24 @@ def test_a_process_reads_and_proves_and_can_be_ended(tmp_path: Path) -> None:
     assert isinstance(check, ProgramCheck)
     assert check.length == pytest.approx(0.03 + np.hypot(0.03 * np.pi, 0.01) + 0.03, rel=1e-3)
     assert ended == NotRead("part.ngc: nothing came of it (exit code -9)")
+
+
+@pytest.mark.parametrize("is_check", [False, True])
+def test_how_far_the_work_is_grows_to_its_end(tmp_path: Path, *, is_check: bool) -> None:
+    way = np.arange(4_000)
+    lines = [f"G1 X{20 * np.sin(0.01 * k):.4f} Y{20 * np.cos(0.01 * k):.4f}" for k in way]
+    text = "\n".join(["G21 G90 F1000", "G1 Z300", *lines, "M2", ""]).encode()
+    parts: list[float] = []
+    answer_to(reading(tmp_path, text, is_check=is_check), parts.append)
+    assert 0.0 < parts[0] < 0.7
+    assert np.diff(parts).min() >= 0.0
+    assert 0.7 < parts[-1] <= 1.0
+    # The process tells it while it goes on, and a cancel ends it at once.
+    process = ReadingProcess(reading(tmp_path, text.replace(b"M2\n", b"") * 40, is_check=is_check))
+    while not process.part:
+        assert process.answer is None
+        time.sleep(0.01)
+    process.end()
+    while process.answer is None:
+        time.sleep(0.01)
+    assert isinstance(process.answer, NotRead)

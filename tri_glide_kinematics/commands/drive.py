@@ -40,6 +40,7 @@ from tri_glide_kinematics.programs import (
     ProgramRun,
     ProgressLine,
     RunState,
+    TellPart,
     check_program,
     default_kept_file,
     default_zeros_file,
@@ -52,6 +53,7 @@ from tri_glide_kinematics.programs import (
     load_program,
     load_zeros,
     table,
+    tell_nobody,
     with_kept_zeros,
 )
 from tri_glide_kinematics.settings import (
@@ -91,11 +93,15 @@ class NoMachineError(KinematicsError):
 
 
 def check_on_machine(
-    program: Program, values: Values, *, is_teaching: bool = False
+    program: Program,
+    values: Values,
+    *,
+    is_teaching: bool = False,
+    tell_part: TellPart = tell_nobody,
 ) -> ProgramCheck:
     """Prove a program on the machine that the parameters of ``ik_node`` describe.
 
-    ``is_teaching`` is whether its teach mode is switched on.
+    ``is_teaching`` is whether its teach mode is switched on; ``tell_part`` gets which part is done.
 
     Raises:
         KinematicsError: if a place of the program is not inside the workspace, or the parameters
@@ -107,7 +113,7 @@ def check_on_machine(
     limits.check_holding(places_inside(machine, workspace.limits))
     if is_teaching:
         limits = in_teach_mode(limits, machine)
-    return check_program(program, workspace, limits, shaper_of(values))
+    return check_program(program, workspace, limits, shaper_of(values), tell_part)
 
 
 def _tell_check(
@@ -118,7 +124,17 @@ def _tell_check(
     Raises:
         KinematicsError: as for ``check_on_machine``.
     """
-    check = check_on_machine(program, values, is_teaching=is_teaching)
+    progress, percents = ProgressLine(), [0]
+
+    def tell_part(part: float) -> None:
+        if int(100.0 * part) > percents[-1]:
+            percents.append(int(100.0 * part))
+            progress.show(f"checks {program.file}: {percents[-1]} %")
+
+    try:
+        check = check_on_machine(program, values, is_teaching=is_teaching, tell_part=tell_part)
+    finally:
+        progress.clear()
     for told in program.told:
         print(f"drive: {program.file}: line {told.line}: {told.word} is not done: {told.reason}")
     begin = f", from line {line} on" if line > 1 else ""

@@ -9,6 +9,8 @@ import os
 import pickle
 import subprocess
 import sys
+import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Thread
@@ -18,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.interruptible import at_once, blocks
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.path import Segments, clearances
 from tri_glide_kinematics.motion.shaping import Shaping
@@ -28,8 +30,10 @@ from tri_glide_kinematics.programs import (
     ProgramCheck,
     ProgramError,
     ProgramSettings,
+    TellPart,
     check_program,
     load_program,
+    tell_nobody,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.workspace import Workspace
@@ -51,6 +55,14 @@ UNSEEN = 1e-5
 
 LONGEST_REASON = 500  # characters
 UNPRINTABLE = "\N{REPLACEMENT CHARACTER}"
+
+# The process tells as often how far it is [s]. Reading is such a part of its work, and what comes
+# before and behind the look for places outside are such parts of the drawing, about.
+TELL_PERIOD = 0.2
+READING = 0.6
+BEFORE, BEHIND = 0.2, 0.7
+# So many places are looked at before it is told again.
+ROWS = 50_000
 
 # Reading takes less of the processor than the nodes that share the computer.
 NICENESS = 5
@@ -144,11 +156,15 @@ class ReadingProcess:
 
     Attributes:
         answer: None until it is there.
+        part: of the work that is done, from 0 to 1, about.
+        begun_at: by the monotonic clock [s].
     """
 
     def __init__(self, reading: Reading) -> None:
         """Start it."""
         self.answer: Answer | None = None
+        self.part = 0.0
+        self.begun_at = time.monotonic()
         # Ctrl-C is for the node, which ends it.
         self._process = subprocess.Popen(
             [sys.executable, "-c", SCRIPT],
@@ -164,35 +180,59 @@ class ReadingProcess:
         self._process.kill()
 
     def _communicate(self, reading: Reading) -> None:
-        output, _ = self._process.communicate(pickle.dumps(reading))
-        if output:
-            answer: Answer = pickle.loads(output)
-            self.answer = answer
-        else:
-            code = self._process.returncode
+        process = self._process
+        # It may be killed at any time.
+        with process, suppress(OSError, EOFError, pickle.UnpicklingError):
+            assert process.stdin is not None
+            assert process.stdout is not None
+            pickle.dump(reading, process.stdin)
+            process.stdin.close()
+            while isinstance(told := pickle.load(process.stdout), float):
+                self.part = told
+            self.answer = told
+        if self.answer is None:
+            code = process.returncode
             self.answer = NotRead(f"{reading.file.name}: nothing came of it (exit code {code})")
 
 
 def main() -> None:
-    """Read what is asked for from the standard input, and write the answer to the output."""
+    """Read what is asked for from the standard input; write parts and the answer to the output."""
     os.nice(NICENESS)
     reading: Reading = pickle.load(sys.stdin.buffer)
-    sys.stdout.buffer.write(pickle.dumps(answer_to(reading)))
+    told_at = time.monotonic()
+
+    def tell_part(part: float) -> None:
+        nonlocal told_at
+        if time.monotonic() - told_at > TELL_PERIOD:
+            told_at = time.monotonic()
+            pickle.dump(part, sys.stdout.buffer)
+            sys.stdout.buffer.flush()
+
+    pickle.dump(answer_to(reading, tell_part), sys.stdout.buffer)
 
 
-def answer_to(reading: Reading) -> Answer:
-    """Read a program, and draw or prove it."""
+def answer_to(reading: Reading, tell_part: TellPart = tell_nobody) -> Answer:
+    """Read a program, and draw or prove it; ``tell_part`` gets which part of that is done."""
+    reading_part = 0.2 if reading.is_check else READING
+
+    def tell_rest(part: float) -> None:
+        tell_part(reading_part + (1.0 - reading_part) * part)
+
     try:
         # The file is on the disk before anybody relies on it.
         with reading.file.open("rb") as stream:
             os.fsync(stream.fileno())
             data = stream.read()
-        program = load_program(reading.file, reading.settings)
+        program = load_program(
+            reading.file, reading.settings, tell_part=lambda part: tell_part(reading_part * part)
+        )
         if mark_of(reading.file) != reading.mark:
             return NotRead(f"{reading.file.name} was changed while it was read")
         if reading.is_check:
-            return check_program(program, reading.workspace, reading.limits, reading.shaper)
-        return drawn(program, data, reading.workspace)
+            return check_program(
+                *(program, reading.workspace, reading.limits, reading.shaper), tell_rest
+            )
+        return drawn(program, data, reading.workspace, tell_rest)
     except OSError as error:
         return NotRead(f"{reading.file.name} cannot be read: {error.strerror or error}")
     except ProgramError as error:
@@ -208,8 +248,11 @@ def shown_text(text: str, file: Path) -> str:
     return shown if len(text) <= LONGEST_REASON else f"{shown}..."
 
 
-def drawn(program: Program, data: bytes, workspace: Workspace) -> ReadProgram:
+def drawn(
+    program: Program, data: bytes, workspace: Workspace, tell_part: TellPart = tell_nobody
+) -> ReadProgram:
     """Return a ``program`` that stands in a file as ``data``, and how it is drawn."""
+    whole, done = sum(len(run.segments) for step in program.steps for run in step.runs), 0
     places = [np.zeros((0, 3))]
     looks: list[NDArray[np.uint8]] = []
     outside = 0
@@ -220,7 +263,12 @@ def drawn(program: Program, data: bytes, workspace: Workspace) -> ReadProgram:
             segments = at_once(run.segments.path_from(run.start)).segments
             ways[-1] = float(segments.lengths.sum())
             points, segment = polyline_of(segments)
-            inside = clearances(workspace, points).inside
+            inside = np.empty(len(points), dtype=np.bool_)
+            for rows in blocks(len(points), ROWS):
+                inside[rows] = clearances(workspace, points[rows]).inside
+                part = (done + len(segment[: rows.stop]) / len(segment) * len(run.segments)) / whole
+                tell_part(BEFORE + (BEHIND - BEFORE) * part)
+            done += len(run.segments)
             is_out = ~(inside[:-1] & inside[1:])
             if is_out.any() and not outside:
                 outside = int(run.lines[segment[is_out.argmax()]])
@@ -229,7 +277,7 @@ def drawn(program: Program, data: bytes, workspace: Workspace) -> ReadProgram:
             looks += [np.full(1 if looks else 0, NOTHING, dtype=np.uint8), look.astype(np.uint8)]
     points = np.concatenate(places)
     look = np.concatenate(looks) if looks else np.zeros(0, dtype=np.uint8)
-    kept = thinned_out(points, look)
+    kept = thinned_out(points, look, lambda part: tell_part(BEHIND + (1.0 - BEHIND) * part))
     look = look[kept[:-1]]
     pieces = np.stack((points[kept[:-1]], points[kept[1:]]), axis=1)[look != NOTHING]
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else np.zeros((2, 3))
@@ -270,7 +318,9 @@ def polyline_of(segments: Segments) -> tuple[FloatArray, NDArray[np.intp]]:
     return np.concatenate((places, segments.points[-1:])), segment
 
 
-def thinned_out(points: FloatArray, looks: NDArray[np.uint8]) -> NDArray[np.intp]:
+def thinned_out(
+    points: FloatArray, looks: NDArray[np.uint8], tell_part: TellPart = tell_nobody
+) -> NDArray[np.intp]:
     """Return which points to draw, both ends among them, so that there are few enough.
 
     Those that are nearest to the line between their neighbours are left out first; those at which
@@ -279,12 +329,14 @@ def thinned_out(points: FloatArray, looks: NDArray[np.uint8]) -> NDArray[np.intp
     Args:
         points: Shape (n + 1, 3) [m].
         looks: of the pieces between them. Shape (n,).
+        tell_part: gets which part is done, about.
     """
     kept = np.arange(len(points))
     changes = np.ones(len(points), dtype=np.bool_)
     changes[1:-1] = looks[1:] != looks[:-1]
     unseen = UNSEEN
     while len(kept) - changes.sum() > MOST_DRAWN:
+        tell_part(MOST_DRAWN / len(kept))
         before = len(kept)
         # Of two neighbours one stays, so that what is left out is near to what is drawn.
         for first in (1, 2):

@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from os import getpid, scandir
 from pathlib import Path
+from time import monotonic
 from typing import BinaryIO
 
 import numpy as np
@@ -20,6 +21,7 @@ from tri_glide_kinematics.panel.machine import (
     Bounds,
     MachineFacts,
     OperatorRequests,
+    bar,
     clock_text,
     note,
     table,
@@ -64,27 +66,27 @@ class ProgramFileError(KinematicsError):
     """A file is none of the folder of programs, or cannot become one."""
 
 
-def checked_name(name: object) -> str:
+def checked_name(name: object, nothing: str = "not uploaded") -> str:
     """Return the ``name`` that a page has sent, if a file of the folder may be called so.
+
+    Otherwise the error says that ``nothing`` was done.
 
     Raises:
         ProgramFileError: if it may not.
     """
     if not isinstance(name, str) or not name:
-        raise ProgramFileError("not uploaded: the file has no name")
+        raise ProgramFileError(f"{nothing}: the file has no name")
     shown = ascii(name[:LONGEST_NAME])
     if len(name.encode("utf-8", "replace")) > LONGEST_NAME:
-        raise ProgramFileError(
-            f"not uploaded: the name {shown}... has more than {LONGEST_NAME} bytes"
-        )
+        raise ProgramFileError(f"{nothing}: the name {shown}... has more than {LONGEST_NAME} bytes")
     if not name.isprintable() or "/" in name or "\\" in name:
         raise ProgramFileError(
-            f"not uploaded: the name {shown} has a slash or a character that cannot be printed"
+            f"{nothing}: the name {shown} has a slash or a character that cannot be printed"
         )
     if name.startswith("."):
-        raise ProgramFileError(f"not uploaded: the name {shown} begins with a dot")
+        raise ProgramFileError(f"{nothing}: the name {shown} begins with a dot")
     if name == NO_FILE:
-        raise ProgramFileError(f"not uploaded: no file can be called {shown}")
+        raise ProgramFileError(f"{nothing}: no file can be called {shown}")
     return name
 
 
@@ -176,6 +178,34 @@ class ProgramFolder:
             raise ProgramFileError(
                 f"not uploaded: {name} is no file in the folder of programs"
             ) from error
+
+    def remove(self, name: str) -> None:
+        """Remove a program.
+
+        Raises:
+            ProgramFileError: if there is none of this name, or it cannot be removed.
+        """
+        try:
+            self.path(name).unlink()
+        except OSError as error:
+            raise ProgramFileError(f"not removed: {name}: {error.strerror or error}") from error
+
+    def rename(self, name: str, new: str) -> None:
+        """Give a program a ``new`` name.
+
+        Raises:
+            ProgramFileError: if it cannot be called so, or another one is.
+        """
+        target = self.folder / checked_name(new, "not renamed")
+        try:
+            # Unlike a rename, a link replaces nothing.
+            path = self.path(name)
+            target.hardlink_to(path)
+            path.unlink()
+        except FileExistsError as error:
+            raise ProgramFileError(f"not renamed: there is a file {new} already") from error
+        except OSError as error:
+            raise ProgramFileError(f"not renamed: {name}: {error.strerror or error}") from error
 
     def drop(self) -> None:
         """Remove what was written."""
@@ -309,6 +339,8 @@ class Uploads:
 
 FROM_SETTINGS = "as in the settings"
 LONGEST_LINE = 80  # characters of it that are shown
+# Larger files are not sent to a page: what it is told meanwhile would wait behind them [bytes].
+LARGEST_SENT = 5_000_000
 MOST_TOLD = 5  # words that a program has and the machine does not do
 
 
@@ -429,6 +461,12 @@ class ChosenProgram:
         self.close()
         self._begin(self.path, is_check=True)
 
+    def cancel(self) -> None:
+        """End what is being done with it; what is not read is not chosen any more."""
+        self.close()
+        if self.read is None:
+            self.name = ""
+
     def close(self) -> None:
         """End the process that reads, if there is one."""
         if self._process is not None:
@@ -485,8 +523,10 @@ class ChosenProgram:
     def text(self, *, is_running: bool) -> str:
         """Return what is known of it, for the page."""
         parts = []
-        if self.is_in_work:
-            parts.append(note(f"{self.in_work} ..."))
+        if self._process is not None:
+            part, seconds = self._process.part, clock_text(monotonic() - self._process.begun_at)
+            parts.append(table([(f"{100.0 * part:.0f} %", bar(part))]))
+            parts.append(note(f"{self.in_work}, since {seconds} (cancel ends it)"))
         if is_running and self.is_changed:
             text = f"{self.changed}: what runs is what was read before"
             parts.append(note(text, is_bad=True))

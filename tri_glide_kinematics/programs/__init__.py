@@ -61,5 +61,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.settings import load_own_settings as load_own_settings
     from tri_glide_kinematics.programs.settings import load_settings as load_settings
     from tri_glide_kinematics.programs.words import ProgramError as ProgramError
+    from tri_glide_kinematics.programs.words import TellPart as TellPart
+    from tri_glide_kinematics.programs.words import tell_nobody as tell_nobody
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

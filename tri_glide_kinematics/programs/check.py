@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import dataclass
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -24,9 +26,13 @@ from tri_glide_kinematics.programs.program import (
     ProgramStop,
     Step,
 )
-from tri_glide_kinematics.programs.words import ProgramError
+from tri_glide_kinematics.programs.words import ProgramError, TellPart, tell_nobody
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
+
+# A path has about so many pieces of work, and so many more for each of its segments.
+_PIECES = 1_300
+_PIECES_OF_SEGMENT = 0.065
 
 
 @dataclass(frozen=True)
@@ -51,29 +57,52 @@ def check_program(
     workspace: Workspace,
     limits: SliderLimits,
     shaper: Shaping | None = None,
+    tell_part: TellPart = tell_nobody,
 ) -> ProgramCheck:
     """Prove that all of a program is inside the workspace, and find out how long it takes.
 
     It is timed as a ``MotionEngine`` drives it, path by path. With a ``shaper`` the path is the one
     that is driven with it, and at each stop it has its time to become empty; it is left out that
-    the platform is slower in bends for its sake.
+    the platform is slower in bends for its sake. ``tell_part`` gets which part is done, about.
 
     Raises:
         ProgramError: if a place of it is not inside, or no motion keeps the limits; it names the
             line.
     """
     durations = []
-    length = 0.0
+    length, done = 0.0, 0
+    segments = sum(len(run.segments) for step in program.steps for run in step.runs)
     for step in program.steps:
         duration = step.rest
         for run in step.runs:
             try:
-                duration, way = at_once(_timed(run, workspace, limits, shaper))
+                work = _timed(run, workspace, limits, shaper)
+                duration, way = _watched(work, (done, len(run.segments), segments), tell_part)
             except KinematicsError as error:
                 raise at_its_line(program, run, error) from error
             length += way
+            done += len(run.segments)
         durations.append(duration)
     return ProgramCheck(sum(durations), tuple(durations), length, shaper is not None)
+
+
+def _watched(
+    work: Interruptible[tuple[float, float]], share: tuple[int, int, int], tell_part: TellPart
+) -> tuple[float, float]:
+    """Return the result of a ``work`` along a path, of which nobody knows how much it will be.
+
+    The ``share`` of the path: segments before it, its own, and those of the whole program.
+    """
+    done, count, whole = share
+    likely = _PIECES + _PIECES_OF_SEGMENT * count
+    for pieces in itertools.count(1):
+        try:
+            next(work)
+        except StopIteration as end:
+            result: tuple[float, float] = end.value
+            break
+        tell_part((done + count * math.tanh(1.5 * pieces / likely)) / whole)
+    return result
 
 
 def _timed(

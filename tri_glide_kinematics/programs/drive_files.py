@@ -205,6 +205,12 @@ class ProgressLine:
         self._write(f"{ANEW if self._is_open else ''}drive: {text}\n")
         self._is_open = False
 
+    def clear(self) -> None:
+        """Remove the line that does not stay."""
+        if self._is_open:
+            self._write(ANEW)
+            self._is_open = False
+
     def show(self, text: str) -> None:
         """Write a line in place of the last one; nothing where that is not possible."""
         if self._is_terminal:

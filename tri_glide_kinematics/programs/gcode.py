@@ -52,7 +52,15 @@ from tri_glide_kinematics.programs.settings import (
     Dialect,
     ProgramSettings,
 )
-from tri_glide_kinematics.programs.words import NAMED, PERCENT, Block, ProgramError, WordReader
+from tri_glide_kinematics.programs.words import (
+    NAMED,
+    PERCENT,
+    Block,
+    ProgramError,
+    TellPart,
+    WordReader,
+    tell_nobody,
+)
 from tri_glide_kinematics.vectors import Point, Vector3, three
 from tri_glide_kinematics.wording import number_text
 
@@ -248,7 +256,10 @@ def _straight(letters: str) -> _Straight | None:
 
 
 def read_program(
-    text: str | bytes, settings: ProgramSettings | None = None, file: str | Path = "program"
+    text: str | bytes,
+    settings: ProgramSettings | None = None,
+    file: str | Path = "program",
+    tell_part: TellPart = tell_nobody,
 ) -> Program:
     """Find out what a program means.
 
@@ -256,6 +267,7 @@ def read_program(
         text: of the program.
         settings: what it does not say itself.
         file: where it is from, for the texts of errors.
+        tell_part: gets which part of it is read, now and then.
 
     Raises:
         ProgramError: if something in it is not understood.
@@ -263,10 +275,10 @@ def read_program(
     data = text.encode() if isinstance(text, str) else text
     settings = settings or ProgramSettings()
     if settings.dialect is not None:
-        return _Interpreter(str(file), data, settings, settings.dialect).program()
+        return _Interpreter(str(file), data, settings, settings.dialect).program(tell_part)
     guess = guess_dialect(data)
     dialect = guess.dialect if guess else Dialect.NIST
-    program = _Interpreter(str(file), data, settings, dialect).program()
+    program = _Interpreter(str(file), data, settings, dialect).program(tell_part)
     return replace(program, guess=str(guess or "read as nist: nothing shows another dialect"))
 
 
@@ -572,10 +584,10 @@ class _Interpreter:
         self._writer = _Writer(settings.begin)
         self._outputs = _Outputs(self._writer, self._customs)
 
-    def program(self) -> Program:
+    def program(self, tell_part: TellPart) -> Program:
         """Return the whole program."""
         lines = 0
-        for block in self._reader.blocks():
+        for block in self._reader.blocks(tell_part):
             lines += len(block.ends)
             if not self._ended:
                 self._read(block)

@@ -10,7 +10,7 @@ from tri_glide_kinematics.programs.gcode import read_program
 from tri_glide_kinematics.programs.points import load_points
 from tri_glide_kinematics.programs.program import Program
 from tri_glide_kinematics.programs.settings import ProgramSettings
-from tri_glide_kinematics.programs.words import ProgramError
+from tri_glide_kinematics.programs.words import ProgramError, TellPart, tell_nobody
 from tri_glide_kinematics.vectors import Vector3
 
 # How the names of tables of points end, and those of all that becomes a ``Program``.
@@ -24,7 +24,10 @@ def is_program(file: Path) -> bool:
 
 
 def load_program(
-    file: str | Path, settings: ProgramSettings | None = None, unit: str | None = None
+    file: str | Path,
+    settings: ProgramSettings | None = None,
+    unit: str | None = None,
+    tell_part: TellPart = tell_nobody,
 ) -> Program:
     """Read points, or a program in G-code, and find out what it means.
 
@@ -32,6 +35,7 @@ def load_program(
         file: of points, if its name ends in .csv.
         settings: what it does not say.
         unit: of points that name none; see ``load_points``.
+        tell_part: gets which part of it is read, now and then.
 
     Raises:
         ProgramError: if it cannot be read, or something in it is not understood.
@@ -42,7 +46,7 @@ def load_program(
         data = Path(file).read_bytes()
     except OSError as error:
         raise ProgramError(file, 0, 0, "", f"cannot be read: {error.strerror or error}") from error
-    return read_program(data, settings, file)
+    return read_program(data, settings, file, tell_part)
 
 
 def load_work(

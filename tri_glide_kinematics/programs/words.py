@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -108,6 +108,14 @@ class Word(NamedTuple):
     text: str
 
 
+# Gets which part of a long work is done, from 0 to 1.
+TellPart = Callable[[float], object]
+
+
+def tell_nobody(_: float) -> None:
+    """Tell nobody which part of a work is done."""
+
+
 class Block(NamedTuple):
     """The words of some lines in succession.
 
@@ -172,8 +180,8 @@ class WordReader:
         found = dict.fromkeys(name.decode().upper() for name in FIRST_NAME.findall(self._data))
         return [name for name in found if not BRANCH.match(name)]
 
-    def blocks(self) -> Iterator[Block]:
-        """Yield all words, some lines after the other."""
+    def blocks(self, tell_part: TellPart) -> Iterator[Block]:
+        """Yield all words, some lines after the other; ``tell_part`` gets the part that is done."""
         begin, line = 0, 1
         while begin < len(self._data):
             end = self._data.find(b"\n", min(begin + BLOCK, len(self._data))) + 1
@@ -183,6 +191,7 @@ class WordReader:
             yield block
             begin += len(part)
             line += len(block.ends)
+            tell_part(begin / len(self._data))
 
     def error(self, line: int, index: int, reason: str) -> ProgramError:
         """Return the error about a word of a line.

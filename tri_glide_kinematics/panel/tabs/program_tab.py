@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
+from html import escape
 from pathlib import Path
 from time import monotonic
 
@@ -38,7 +40,14 @@ from tri_glide_kinematics.panel.program_reading import (
     ReadProgram,
     shown_text,
 )
-from tri_glide_kinematics.panel.programs import FROM_SETTINGS, NO_FILE, ChosenProgram, Uploads
+from tri_glide_kinematics.panel.programs import (
+    FROM_SETTINGS,
+    LARGEST_SENT,
+    NO_FILE,
+    PIECE,
+    ChosenProgram,
+    Uploads,
+)
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramRun,
@@ -54,6 +63,8 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 UPLOAD = '<label class="tri-glide-upload">Upload a program<input type="file" data-upload></label>'
 LIST_PERIOD = 1.0  # s between two looks into the folder
 SHOW_PERIOD = 0.2  # s between two texts of the present line
+ASKED = 5.0  # s within which one more press removes a file
+LISTED = 15  # lines
 
 # Colours of the path, and of the line that runs: red, green and blue from 0 to 255.
 COLORS: dict[int, RGB] = {CUT: (0, 30, 130), RAPID: (110, 110, 110), OUTSIDE: (220, 0, 0)}
@@ -132,6 +143,7 @@ class ProgramTab:
         """
         gui = server.gui
         self._requests = requests
+        self._clients = server.get_clients
         self._link = link
         self._folder = uploads.folder
         self._uploads = uploads
@@ -162,7 +174,7 @@ class ProgramTab:
         self._single_block = OperatorsInput(
             requests, gui.add_checkbox("Single block", initial_value=False), self._set_single_block
         )
-        buttons = gui.add_button_group("Program", ("check", "run"))
+        buttons = gui.add_button_group("Program", ("check", "run", "cancel"))
         buttons.on_click(requests.on(self._press))
         press = requests.on(self._press)
 
@@ -179,6 +191,17 @@ class ProgramTab:
         name = "path_speed_scale"
         scale = NewestWish(requests.link, "override", name, self._show_override)
         self._override = OperatorsInput(requests, slider, lambda percent: scale.set(0.01 * percent))
+        with gui.add_folder("File and lines", expand_by_default=False):
+            self._name = OperatorsInput(requests, gui.add_text("Name", ""))
+            files = gui.add_button_group("This file", ("rename", "download", "delete"))
+            files.on_click(requests.on(self._press_file))
+            # A line of the listing presses the button of its row.
+            self._rows = [gui.add_button("line", visible=False) for _ in range(LISTED)]
+            for row, button in enumerate(self._rows):
+                button.on_click(requests.on(partial(self._take_row, row)))
+            self._listing = gui.add_html("")
+        self._first = 1
+        self._doomed = ("", -math.inf)
         # Texts change their height: below them, a button would move under the finger.
         self._progress = gui.add_html("")
         self._words = gui.add_html("")
@@ -219,6 +242,7 @@ class ProgramTab:
             uploading = note(self._uploads.text) if self._uploads.text else ""
             self._words.content = uploading + self._chosen.text(is_running=self._is_running)
             self._show_progress()
+            self._show_lines()
 
     def stop(self) -> None:
         """End the run, if there is one: the machine was told to stop."""
@@ -266,6 +290,7 @@ class ProgramTab:
             self._file.set(self._chosen.name)
             return
         self._chosen.name = "" if name == NO_FILE else name
+        self._name.set(self._chosen.name)
         self._line.set(1)
         self._load()
 
@@ -293,6 +318,67 @@ class ProgramTab:
                 self._line.set(line_to_go_on_from(self._kept, answer.program))
         elif isinstance(answer, NotRead) and self._chosen.read is None and answer.line:
             self._line.set(answer.line)
+
+    def _press_file(self, what: str) -> None:
+        """Rename, send or delete the file that is chosen."""
+        name = self._chosen.name
+        if not name:
+            self._requests.refuse("choose a program first")
+        elif what == "download":
+            self._send(name)
+        elif self._is_running:
+            self._requests.refuse(f"nothing done: {name} runs")
+        elif what == "rename":
+            self._folder.rename(name, new := self._name.value.strip())
+            self._take_file(new)
+        elif self._doomed[0] != name or monotonic() > self._doomed[1]:
+            self._doomed = name, monotonic() + ASKED
+            text = f"delete {name}? Press delete once more within {ASKED:g} s"
+            self._requests.history.add(WARNING, text)
+            self._requests.refuse(text)
+        else:
+            self._folder.remove(name)
+            self._take_file(NO_FILE)
+            self._requests.history.add(WARNING, f"{name} was deleted")
+
+    def _send(self, name: str) -> None:
+        """Send a file to the page that has the controls."""
+        path = self._folder.path(name)
+        holder = self._requests.controls.holder
+        client = None if holder is None else self._clients().get(holder)
+        try:
+            if (size := path.stat().st_size) > LARGEST_SENT:
+                text = f"{size / 1e6:,.1f} MB, at most {LARGEST_SENT / 1e6:g} MB: copy {path}"
+                self._requests.refuse(f"not sent: {name} has {text}")
+            elif client is not None:
+                client.send_file_download(name, path.read_bytes(), PIECE, save_immediately=True)
+        except OSError as error:
+            self._requests.refuse(f"not sent: {name}: {error.strerror or error}")
+
+    def _take_row(self, row: int, _: object) -> None:
+        """Let *run* begin at a line of the listing."""
+        self._line.set(self._first + row)
+
+    def _show_lines(self) -> None:
+        """List lines around the one that runs, or that *run* begins at."""
+        chosen = self._chosen
+        if chosen.read is None:
+            self._listing.content = ""
+            return
+        with suppress(KinematicsError):
+            line = int(self._line.value)
+            if self._run is not None and self._is_running:
+                line = self._run.line
+            lines = chosen.read.program.lines
+            first = max(1, min(line - LISTED // 2, lines + 1 - LISTED))
+            rows = (
+                f'<button class="tri-glide-line{" now" * (each == line)}" '
+                f'data-press="{button._impl.uuid}">{each}  {escape(chosen.text_of(each))}</button>'
+                for each, button in zip(range(first, lines + 1), self._rows)
+            )
+            self._first, content = first, "".join(rows)
+            if content != self._listing.content:
+                self._listing.content = content
 
     # Runs
 
@@ -322,6 +408,12 @@ class ProgramTab:
                 self._chosen.prove()
         elif what == "run":
             self._begin_run()
+        elif what == "cancel":
+            if self._chosen.is_in_work:
+                self._requests.history.add(WARNING, f"cancelled: {self._chosen.in_work}")
+                self._chosen.cancel()
+            else:
+                self._requests.refuse("nothing cancelled: no program is being read or proved")
         elif what == "pause":
             self._requests.link.trigger("pause")
         elif what == "go on":
