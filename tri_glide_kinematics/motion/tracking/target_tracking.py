@@ -53,7 +53,7 @@ NEAR_HORIZON = 0.045
 # The way onto a target whose reports are noise takes so long at most [s].
 LONGEST = 0.2
 
-# Few reports may happen to show little noise: what the last ones have shown fades so slowly [s].
+# Few reports may happen to show little noise of the position: what it was fades so slowly [s].
 FADING = 2.0
 
 # What of the limits of acceleration and jerk sliders count on that could arrive where the target is
@@ -117,8 +117,8 @@ class TargetTracking:
         self._ruckig = RuckigPlanner(3)
         # Whether it is being caught up with: then in the shortest time, until it is reached.
         self._is_behind = True
-        # How long the way onto it takes because of noise [s].
-        self._calm = 0.0
+        # Mean error of the position of late [m].
+        self._noise = 0.0
 
     def step_towards(
         self,
@@ -154,10 +154,9 @@ class TargetTracking:
         wanted = list(zip(heights, rates, bends))
         bounds = list(zip(limits.velocity, limits.acceleration, limits.jerk))
         numbers = list(zip(own, wanted, bounds))
-        self._calm *= max(1.0 - period / FADING, 0.0)
-        if horizon > 0.0:
-            self._calm = max(self._calm, horizon_of_noise(noise, NEAR * min(limits.jerk)))
-        calm = self._calm
+        self._noise = max(noise[0], self._noise * max(1.0 - period / FADING, 0.0))
+        noise = self._noise, noise[1]
+        calm = horizon_of_noise(noise, NEAR * min(limits.jerk)) if horizon > 0.0 else 0.0
         # Few long steps go far beyond what ends meanwhile: each of them has to be near.
         if self._is_behind or horizon <= FEWEST_STEPS * period:
             near = max(min(horizon, NEAR_HORIZON), calm)
