@@ -472,9 +472,11 @@ def test_an_ik_node_that_ends_tells_no_more_whether_the_platform_moves(machine):
 def test_outputs_have_time_to_arrive(machine):
     machine.has_delivered = False
     run = run_of(machine, "M3 S9\nM2\n")
-    begin = machine.now
     drive(machine, run)
-    assert machine.now - begin == pytest.approx(3.0, abs=0.02)
+    assert not run.is_delivered(machine.now + 2.9)
+    assert run.is_delivered(machine.now + 3.1)
+    machine.has_delivered = True
+    assert run.is_delivered(machine.now)
 
 
 def test_it_is_kept_how_far_it_came(machine, tmp_path):

@@ -242,6 +242,8 @@ class _Terminal:
         if run.state is not RunState.ENDED:
             run.let_go()
             self.catch_up()
+        while run.state is RunState.ENDED and not run.is_delivered(time.monotonic()):
+            self.listen()
 
     def say(self, text: str) -> None:
         """Say something that stays."""

@@ -122,7 +122,8 @@ class PanelNode(Node):
             self._feeds.urgent,
             1.0 / FRAMES,
             self._frame,
-            may_end=self._program.may_end,
+            # Both are ended, one beside the other.
+            may_end=lambda: self._program.may_end() & self._manual.may_end(),
             end=self._end,
             own=self._feeds.swing.own,
         )

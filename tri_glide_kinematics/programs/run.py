@@ -549,6 +549,14 @@ class ProgramRun:
         """Whether all of it has been driven as it should."""
         return self.state is RunState.ENDED and all(each.is_good for each in self.reports)
 
+    def is_delivered(self, now: float) -> bool:
+        """Return whether all that was told has arrived, for what ends with the run, at a time [s].
+
+        It is not waited for longer than for a machine that is gone.
+        """
+        is_late = now > self._status.now + SILENCE
+        return self.state is RunState.ENDED and (self._machine.has_delivered or is_late)
+
     def look(self, now: float) -> None:
         """Do what is to be done at a time [s], without waiting for anything."""
         last, self._status.now = self._status.now, now
@@ -622,10 +630,6 @@ class ProgramRun:
         if has_begun and (not is_good or status.is_stopped):
             yield from self._switch_off()
         self._tell(RunState.ENDED)
-        # The last outputs have to arrive before a process ends.
-        begin = status.now
-        while status.now < begin + SILENCE and not self._machine.has_delivered:
-            yield
         status.state = RunState.ENDED
 
     def _find(self) -> Iterator[None]:

@@ -129,6 +129,11 @@ class ManualControls:
         if self._run is not None:
             self._run.stop()
 
+    def may_end(self) -> bool:
+        """End the line, if there is one, and return whether its platform rests, outputs off."""
+        self.stop()
+        return self._run is None or self._run.is_delivered(monotonic())
+
     def show(self) -> None:
         """Show on the pages what there is."""
         run, words = self._run, "is proved" if self._proof is not None else ""

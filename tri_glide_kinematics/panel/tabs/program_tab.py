@@ -252,7 +252,7 @@ class ProgramTab:
     def may_end(self) -> bool:
         """End the run, if there is one, and return whether its platform rests, outputs off."""
         self.stop()
-        return not self._is_running
+        return self._run is None or self._run.is_delivered(monotonic())
 
     def close(self) -> None:
         """End the process that reads, if there is one."""
