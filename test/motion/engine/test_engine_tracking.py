@@ -709,15 +709,14 @@ def test_a_shaper_that_is_set_while_a_target_is_followed_waits_for_rest():
     assert moving.shaper is SHAPER
 
 
-def test_a_noisy_target_that_is_told_30_times_a_second_does_not_take_the_whole_jerk():
-    period, motion, rng = 0.004, bench.on_circle(0.02, 1.0), np.random.default_rng(1)
+def test_a_noisy_target_that_is_told_often_does_not_take_the_whole_jerk():
+    period, motion, rng = 0.002, bench.on_circle(0.02, 1.0), np.random.default_rng(1)
     following, heights, ideal = engine(heights=MACHINE.inverse((0.0, -0.05, 0.3))), [], []
-    for cycle in range(500):
+    for cycle in range(1000):
         position, velocity = motion(cycle * period)
-        if cycle % 8 == 0:
+        if cycle % 2 == 0:
             following.track((position + 1e-4 * rng.normal(size=3)).tolist(), velocity)
         heights.append(following.step(period).heights)
         ideal.append(MACHINE.inverse(motion((cycle + 1) * period)[0]))
-    jerk, wanted = (np.linalg.norm(np.diff(each[250:], 3, axis=0)) for each in (heights, ideal))
-    # It was 35 to 65 times the jerk of the circle itself.
-    assert jerk < 22.0 * wanted
+    jerk, wanted = (np.linalg.norm(np.diff(each[500:], 3, axis=0)) for each in (heights, ideal))
+    assert jerk < 5.0 * wanted
