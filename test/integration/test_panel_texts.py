@@ -20,7 +20,7 @@ from testing.text_page import RENEWALS, TextPage
 from tri_glide_interfaces.msg import Output, ProgramRun
 from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.panel.programs import FROM_SETTINGS
-from tri_glide_kinematics.panel.tabs.program_tab import SHOW_PERIOD
+from tri_glide_kinematics.panel.tabs import SHOW_PERIOD
 from tri_glide_kinematics.programs import PathStep, load_drive
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 

@@ -484,7 +484,7 @@ def test_a_target_on_a_circle_is_caught_up_with_from_rest():
         # Positions tell how fast it is where velocities are noise.
         (0.02, 1.0, 0.01, (0.0, 2e-3), 1.4, 3e-3, 2.5e-5),
         (0.02, 1.0, 0.01, (0.0, 3e-2), 1.4, 3e-3, 2.5e-5),
-        (0.02, 1.0, 1.0 / 30.0, (0.0, 8e-3), 5.0, 5e-3, 2e-4),
+        (0.02, 1.0, 1.0 / 30.0, (0.0, 8e-3), 3.0, 5e-3, 2.5e-4),
     ],
 )
 def test_a_target_on_a_circle_is_followed_calmly(radius, turns, told, noise, jerk, fast, error):

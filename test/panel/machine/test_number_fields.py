@@ -24,8 +24,7 @@ from tri_glide_kinematics.panel.machine import (
     SpeedFields,
 )
 from tri_glide_kinematics.panel.machine.operator_requests import WrongNumberError
-from tri_glide_kinematics.panel.tabs import DriveTab, PointsTab
-from tri_glide_kinematics.panel.tabs.points_tab import Point
+from tri_glide_kinematics.panel.tabs import DriveTab, Point, PointsTab
 
 TYPED = (
     "-50",
