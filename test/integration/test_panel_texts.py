@@ -552,13 +552,13 @@ def test_lines_are_chosen_in_the_listing_and_files_renamed_sent_and_deleted(
     panel.client.wait_for(
         lambda: b"".join(operator.downloads["square.ngc"]) == SQUARE.encode(), "all of it"
     )
-    operator.set("Name", "other.ngc")
+    operator.set("Name", "renamed.ngc")
     operator.click("rename")
-    panel.client.wait_for(lambda: operator.value_of("File") == "other.ngc", "the new name")
+    panel.client.wait_for(lambda: operator.value_of("File") == "renamed.ngc", "the new name")
     assert not (panel.programs / "square.ngc").exists()
     operator.click("delete")
-    panel.read_until(operator, "delete other.ngc?")
-    assert (panel.programs / "other.ngc").exists()
+    panel.read_until(operator, "delete renamed.ngc?")
+    assert (panel.programs / "renamed.ngc").exists()
     operator.click("delete")
-    panel.client.wait_for(lambda: not (panel.programs / "other.ngc").exists(), "the end of it")
+    panel.client.wait_for(lambda: not (panel.programs / "renamed.ngc").exists(), "the end of it")
     panel.client.wait_for(lambda: operator.value_of("File") == "choose a program", "no file")

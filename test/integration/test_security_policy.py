@@ -7,17 +7,16 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import sys
 from collections import defaultdict
-from contextlib import suppress
+from contextlib import closing, suppress
 from xml.etree import ElementTree
 
 import pytest
 from policies import POLICY, Uses, allowed, used
 from rclpy.node import NodeNameNonExistentError
 
-from testing import page_reader
 from testing.panel import Panel
+from testing.text_page import TextPage
 from tri_glide_kinematics.ros.starting import executable
 
 
@@ -36,12 +35,13 @@ def everything(client, nodes, tmp_path, namespace):
     # A search for modes lets calibration_node listen to the machine; the program waits.
     ros = ("--ros-args", "-r", f"__ns:={namespace}")
     commands = (
-        (sys.executable, page_reader.__file__, panel.address),
         (executable("ringdown"), "--machine", *ros),
         (executable("drive"), program, *ros),
     )
     processes = [subprocess.Popen(each, stdout=subprocess.DEVNULL) for each in commands]
-    yield
+    # An accelerometer is heard while a page shows it.
+    with closing(TextPage(panel.address, "Swing")):
+        yield
     for process in processes:
         process.kill()
         process.wait()
