@@ -508,7 +508,7 @@ def test_the_next_panel_tells_where_the_program_of_one_that_was_killed_has_ended
         values = {each.name: each.value for each in outputs}
         return any(values.get(name) for name in ("spindle", "flood"))
 
-    lines = "".join(f"X{n % 2} Y{n % 2 + 0.1 * n:.1f}\n" for n in range(200))
+    lines = "".join(f"X{8 * (n % 2)} Y{0.1 * n:.1f}\n" for n in range(200))
     with closing(TextPage(panel.address, "Program")) as page:
         panel.read_until(page, "ready idle")
         page.upload("part.ngc", f"M3 S500 M8\nG1 X0 Y0 Z260 F600\n{lines}M9\nM5\nM2\n")
