@@ -251,8 +251,10 @@ class IkNode(Node):
             return None
 
     def _tell(self, now: float, setpoint: SliderState | None) -> None:
-        passed, safe = self._controller.passed_outputs, self._runs.safe_outputs
-        for outputs in (passed, safe if self._controller.rests else []):
+        outputs = self._controller.passed_outputs
+        if not outputs and self._runs.safe_outputs and self._controller.rests:
+            outputs = self._runs.safe_outputs
+        if outputs:
             for output in outputs:
                 self._path_outputs.publish(output)
             outputs.clear()

@@ -97,8 +97,8 @@ class ShapedPlans:
     ) -> Interruptible[Replanned]:
         """Make what is held next; a goal that cannot be made in motion waits, and is tried again.
 
-        What the shaper still holds back may exceed a limit together with the new plan. A little
-        later it does not, as a rule, and never from rest.
+        What the shaper still holds back may exceed a limit together with the new plan; a little
+        later there is less of it, and at rest nothing.
 
         Raises:
             KinematicsError: if there is no plan.
@@ -106,8 +106,7 @@ class ShapedPlans:
         try:
             return (yield from self.made(making, goal, held, start))
         except (SliderLimitError, AddedBoundError):
-            may_wait = goal is not None and goal.path is None and held.pending is None
-            if goal is None or not may_wait or start >= held.rests_at:
+            if goal is None or goal.path is not None or held.pending or start >= held.rests_at:
                 raise
             return Replanned(replace(held.with_goal_for_later(goal), pending=held.limits))
 

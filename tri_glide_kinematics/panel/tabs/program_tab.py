@@ -144,7 +144,6 @@ class ProgramTab:
         gui = server.gui
         self._requests = requests
         self._clients = server.get_clients
-        self._link = link
         self._folder = uploads.folder
         self._uploads = uploads
         self._kept = kept
@@ -221,12 +220,12 @@ class ProgramTab:
             self._facts = facts
             self._show_override()
             self._chosen.take_facts(facts)
-        if not self._is_running and self._chosen.has_another_machine:
+        if not self.is_running and self._chosen.has_another_machine:
             self._load()
         self._take_answer()
-        if self._run is not None and self._is_running:
+        if self._run is not None and self.is_running:
             self._run.look(monotonic())
-            if not self._is_running:
+            if not self.is_running:
                 self._end_run(self._run)
 
     def _show_override(self) -> None:
@@ -240,7 +239,7 @@ class ProgramTab:
             self._show_list()
         if self._is_due("show", SHOW_PERIOD):
             uploading = note(self._uploads.text) if self._uploads.text else ""
-            self._words.content = uploading + self._chosen.text(is_running=self._is_running)
+            self._words.content = uploading + self._chosen.text(is_running=self.is_running)
             self._show_progress()
             self._show_lines()
 
@@ -262,7 +261,7 @@ class ProgramTab:
 
     def _take_file(self, name: str) -> None:
         """Choose a file that has just come, unless another one runs."""
-        if not self._is_running:
+        if not self.is_running:
             self._choose(name)
         elif name == self._chosen.name:
             self._requests.refuse(f"{name} runs as it was; the new one is read when the run ends")
@@ -271,10 +270,10 @@ class ProgramTab:
     def _show_list(self) -> None:
         """Show which files there are."""
         chosen, names = self._chosen, self._folder.names()
-        if chosen.name and chosen.name not in names and not self._is_running:
+        if chosen.name and chosen.name not in names and not self.is_running:
             self._requests.refuse(f"{chosen.name} is no longer in the folder of programs")
             self._choose(NO_FILE)
-        elif chosen.is_changed and not self._is_running:
+        elif chosen.is_changed and not self.is_running:
             self._requests.refuse(f"{chosen.changed}: it is read again")
             self._choose(chosen.name)
         if chosen.name and chosen.name not in names:
@@ -285,7 +284,7 @@ class ProgramTab:
             self._file.set(chosen.name or NO_FILE)
 
     def _choose(self, name: str) -> None:
-        if self._is_running:
+        if self.is_running:
             self._requests.refuse(f"nothing chosen: {self._chosen.name} runs")
             self._file.set(self._chosen.name)
             return
@@ -295,7 +294,7 @@ class ProgramTab:
         self._load()
 
     def _choose_dialect(self, dialect: str) -> None:
-        if self._is_running:
+        if self.is_running:
             self._requests.refuse(f"dialect not changed: {self._chosen.name} runs")
             self._dialect.set(self._chosen.dialect)
             return
@@ -326,7 +325,7 @@ class ProgramTab:
             self._requests.refuse("choose a program first")
         elif what == "download":
             self._send(name)
-        elif self._is_running:
+        elif self.is_running:
             self._requests.refuse(f"nothing done: {name} runs")
         elif what == "rename":
             self._folder.rename(name, new := self._name.value.strip())
@@ -367,12 +366,12 @@ class ProgramTab:
             return
         with suppress(KinematicsError):
             line = int(self._line.value)
-            if self._run is not None and self._is_running:
+            if self._run is not None and self.is_running:
                 line = self._run.line
             lines = chosen.read.program.lines
             first = max(1, min(line - LISTED // 2, lines + 1 - LISTED))
             rows = (
-                f'<button class="tri-glide-line{" now" * (each == line)}" '
+                f'<button class="tri-glide-row{" now" * (each == line)}" '
                 f'data-press="{button._impl.uuid}">{each}  {escape(chosen.text_of(each))}</button>'
                 for each, button in zip(range(first, lines + 1), self._rows)
             )
@@ -383,13 +382,9 @@ class ProgramTab:
     # Runs
 
     @property
-    def _is_running(self) -> bool:
-        return self._run is not None and self._run.state is not RunState.ENDED
-
-    @property
     def is_running(self) -> bool:
         """Whether a program runs."""
-        return self._is_running
+        return self._run is not None and self._run.state is not RunState.ENDED
 
     def settings(self) -> ProgramSettings:
         """Return what programs do not say; see ``ChosenProgram.settings``."""
@@ -397,7 +392,7 @@ class ProgramTab:
 
     def has_output(self, output: tuple[str, int]) -> bool:
         """Return whether a program runs that changes an output, by its name and number."""
-        read = self._chosen.read if self._is_running else None
+        read = self._chosen.read if self.is_running else None
         changes = (each for step in read.program.steps for each in step.changes) if read else ()
         return any((each.name, each.number) == output for each in changes)
 
@@ -418,7 +413,7 @@ class ProgramTab:
             self._requests.link.trigger("pause")
         elif what == "go on":
             self._requests.link.trigger("resume")
-        elif self._is_running:
+        elif self.is_running:
             self.stop()
         else:
             # Whatever moves, whoever drives it.
@@ -435,7 +430,7 @@ class ProgramTab:
         self._way = math.nan
         try:
             self._run = ProgramRun(
-                self._link,
+                self.link,
                 from_line(read.program, int(self._line.value)),
                 single_block=self._single_block.value,
                 kept=self._kept,
@@ -447,7 +442,7 @@ class ProgramTab:
     def _ready(self, nothing: str) -> ReadProgram | None:
         """Return the program, if it can be checked or run now; else say why ``nothing`` is done."""
         chosen = self._chosen
-        if self._is_running:
+        if self.is_running:
             self._requests.refuse(f"{nothing}: {chosen.name} runs already")
         elif self.is_taken():
             self._requests.refuse(f"{nothing}: a typed line is not done yet")
@@ -487,7 +482,7 @@ class ProgramTab:
 
     def _show_progress(self) -> None:
         run, chosen = self._run, self._chosen
-        if not self._is_running and (told := self._told_of_other()):
+        if not self.is_running and (told := self._told_of_other()):
             self._progress.content = told
             self._mark(0)
             return
@@ -499,10 +494,10 @@ class ProgramTab:
         is_done = run.is_whole
         line, words = (lines, "done") if is_done else (run.line, run.state.value)
         parts = [f"{words}: line {line:,} of {lines:,}"]
-        machine, part = self._link.machine, line / lines
+        machine, part = self.link.machine, line / lines
         # With single blocks, the machine knows no more than a line.
         way = math.nan
-        if machine is not None and self._is_running and not self._single_block.value:
+        if machine is not None and self.is_running and not self._single_block.value:
             # A jog while it is paused, and the way back, have ways of their own.
             if machine.target_kind == MachineState.TARGET_PATH:
                 self._way = machine.way_remaining
@@ -510,7 +505,7 @@ class ProgramTab:
         left = chosen.time_left(line, way)
         if left is not None and chosen.check is not None and chosen.check.duration:
             part = 1.0 - left / chosen.check.duration
-        if left is not None and self._is_running:
+        if left is not None and self.is_running:
             # The check knows no override.
             at_whole = "" if self._override.value == 100 else " at 100 %"
             parts.append(f"{clock_text(left)} left{at_whole}")
@@ -527,14 +522,14 @@ class ProgramTab:
 
     def _told_of_other(self) -> str:
         """Return what the page tells of a run that somebody else drives, or drove until lost."""
-        other = self._link.other
+        other = self.link.other
         if other is None:
             return ""
         name, line = Path(other.file).name, max(other.line, 1)
         is_here = Path(other.file) == self._folder.folder.absolute() / name
         if is_here and not self._chosen.name:
             self._choose(name)
-        if self._link.other_goes_on:
+        if self.link.other_goes_on:
             words = f"{other.driver} runs {name}: line {line:,} of {other.lines:,}; {other.doing}"
             part = line / max(other.lines, line)
             return table([(f"{100.0 * part:.0f} %", bar(part))]) + note(words)
