@@ -34,6 +34,7 @@ setup(
     python_requires=">=3.10",
     install_requires=["numpy", "pyyaml", "ruckig", "scipy"],
     extras_require={
+        "can": ["canopen", "python-can[serial]"],
         "pictures": ["matplotlib", "pillow", "tqdm"],
         "recordings": ["mcap-ros2-support"],
         "test": ["catkin_pkg", "hypothesis", "pytest", "websockets"],
