@@ -1,1 +1,1 @@
-"""Drives on a bus: how a drive is led, units, playing out, homing. No ROS; CAN behind one seam only."""
+"""Drives on a bus: their states, units, playing out and homing. No ROS; one seam to the bus."""

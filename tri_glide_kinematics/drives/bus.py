@@ -16,7 +16,8 @@ class BusError(KinematicsError):
     """The bus carries nothing any more: it is off, its adapter is gone or takes no frame."""
 
 
-class Entry(NamedTuple):
+@dataclass(frozen=True)
+class Entry:
     """An entry of the object dictionary of a drive.
 
     Attributes:
