@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import dataclasses
-import errno
+import functools
 import json
 import os
 import random
@@ -166,7 +166,7 @@ class Drive:
         draw = random.Random(f"bits of node {od.node}")
         # Bits that the standard leaves to the manufacturer, and those that it calls "don't care".
         self.own_bits = draw.choice((0x4000, 0x8000, 0x8100, 0xC100))
-        self.free_bits = draw.choice((0x20, 0xA0))
+        self.free_bits = draw.choice((0x00, 0x20))
         self.largest = {"axis": 0.0, "targets": 0.0}
         self.feeds_forward = False  # 0x60B1 comes by a PDO
         self.now = 0.0
@@ -326,12 +326,13 @@ class Drive:
         self.demand += self.demanded_speed * TICK
 
     def interpolate(self) -> None:
-        """Lead the demand to the target, at most to the limit switches."""
+        """Lead the demand to the target, and no farther into a limit switch."""
         slope, age = (self.goal - self.start) / self.period, self.now - self.began
         if age > 1.5 * self.period:  # nothing new has come: extrapolate no longer
             self.start, slope = self.goal, 0.0
         wanted = self.zero + self.start + slope * age
-        self.demand = min(max(wanted, self.axis.switches[0]), self.axis.switches[1])
+        low, high = self.axis.switches
+        self.demand = min(max(wanted, min(low, self.demand)), max(high, self.demand))
         self.demanded_speed = slope if wanted == self.demand else 0.0
         self.limited = wanted != self.demand or self.goal != self.targets[-1]
 
@@ -571,7 +572,7 @@ class Node:
                 self.communication_error(0x8130)
         if self.nmt != OPERATIONAL:
             return
-        if od[0x1006] and self.syncs and self.now - self.synced > 5e-6 * od[0x1006]:
+        if self.syncs and self.now - self.synced > (od[0x1006] * od[0x2000] or 1e9) * 1e-6:
             self.syncs = 0  # counted anew from the next one
             self.communication_error(0x8700)
         for k in range(4):
@@ -661,9 +662,7 @@ class Adapter:
         """Return the frames that have come, (identifier, data) each."""
         try:
             self.line += os.read(self.master, 1 << 16)
-        except OSError as error:
-            if error.errno != errno.EIO:
-                raise
+        except OSError:
             self.open, self.line, self.waiting = False, b"", b""  # nobody has the port open
             time.sleep(TICK)
         *lines, self.line = self.line.split(b"\r")
@@ -672,7 +671,7 @@ class Adapter:
     def obey(self, line: str) -> list[tuple[int, bytes]]:
         """Answer a line of the host, and return the frame that it brings."""
         kind, frames = line[:1], []
-        answer = {"": "\r", "F": "F00\r", "V": "V1013\r", "N": "NA123\r"}.get(kind, "\a")
+        answer = "\a" if kind else "\r"
         if kind in ("O", "L") and self.fast and not self.open:
             self.open, answer = True, "\r"
         elif kind == "C":
@@ -711,23 +710,19 @@ class Cell:
         scale, (low, high) = options.scale, options.stops
         for number, height in zip(options.nodes, options.heights * len(options.nodes)):
             stops = low * scale, high * scale
-            switches = stops[0] + 0.01 * scale, stops[1] - 0.01 * scale
+            switches = stops[0] + 0.02 * scale, stops[1] - 0.02 * scale
             axis = Axis(height * scale, stops, switches, options.acceleration * scale)
             od = Dictionary(number, scale)
-            drive = Drive(od, axis, options.home_sign, self.teller(number))
+            drive = Drive(od, axis, options.home_sign, functools.partial(self.tell, number))
             drive.now = self.clock
             drive.switch_on()
             self.nodes[number] = Node(drive, self.adapter.send)
         self.present = dict(self.nodes)
 
-    def teller(self, number: int) -> Callable[..., None]:
-        """Return what reports the events of a node."""
-
-        def tell(event: str, **values: Any) -> None:
-            t = round(self.nodes[number].now, 4)
-            print(json.dumps({"t": t, "node": number, "event": event, **values}), file=self.report)
-
-        return tell
+    def tell(self, number: int, event: str, **values: Any) -> None:
+        """Report an event of a node."""
+        words = {"t": round(self.nodes[number].now, 4), "node": number, "event": event}
+        print(json.dumps(words | values), file=self.report)
 
     def advance(self, now: float) -> None:
         """Let all drives work up to a time."""
@@ -741,22 +736,23 @@ class Cell:
         """Obey a typed line and tell whether to go on.
 
         ``fault 2 0x7305``: an error of drive 2; ``reboot 1``: its power goes for half a second;
-        ``leave 3``: for good; ``mute 2``: no more heartbeats and TPDOs; ``summary``; ``quit``.
+        ``leave 3``: for good; ``mute 2``: no heartbeats and TPDOs until ``unmute 2``;
+        ``summary`` to the report; ``quit``.
         """
-        word, *rest = [*line.split(), ""][:3]
+        word, *numbers = line.split()
         if word in ("summary", "quit"):
             for node in self.nodes.values():
                 node.tell("summary", acceleration=node.drive.largest, syncs=node.tally)
             return word != "quit"
-        node = self.nodes[int(rest[0])]
+        node = self.nodes[int(numbers[0])]
         if word == "fault":
-            node.drive.fault(int(rest[1], 0))
+            node.drive.fault(int(numbers[1], 0))
         elif word == "reboot":
             node.restart(0xFFFF, 0.5)
         elif word == "leave":
             self.present.pop(node.number, None)
-        elif word == "mute":
-            node.mute = True
+        else:
+            node.mute = word == "mute"
         return True
 
     def serve(self) -> None:
