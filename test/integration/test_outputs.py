@@ -10,12 +10,15 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
-from testing.commands import KINEMATICS, LIMITS, PERIOD
+from testing.commands import KINEMATICS, LIMITS
 from testing.goals import GoalClient
 from testing.machine import JOINTS
 from tri_glide_interfaces.action import FollowPath
 
 TARGET = (0.06, -0.04, 0.3)
+# Setpoints are near enough to one another to be compared with trajectories.
+RATE = 100.0  # 1/s
+PERIOD = 1.0 / RATE  # s
 # A full circle.
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 101)[1:]
 CURVE = [(0.04 * math.sin(a), 0.04 * (1.0 - math.cos(a)), 0.25) for a in ANGLES]
@@ -31,7 +34,7 @@ def test_all_outputs_agree(machine, client):
     trajectories = client.record(JointTrajectory, "joint_trajectory")
     # A linear move is replaced by a sooner plan: that is a second trajectory.
     outputs = ["joint_state", "forward_command", "joint_trajectory"]
-    machine.start({"command_outputs": outputs, "motion": "slider"})
+    machine.start({"command_outputs": outputs, "motion": "slider", "rate": RATE})
     client.wait_for(
         lambda: arrays and client.node.count_publishers("joint_trajectory"), "all outputs"
     )
@@ -90,7 +93,7 @@ def test_the_parts_of_a_path_are_trajectories_of_which_each_goes_on_in_the_one_b
     machine, client
 ):
     trajectories = client.record(JointTrajectory, "joint_trajectory")
-    machine.start({"command_outputs": ["joint_state", "joint_trajectory"]})
+    machine.start({"command_outputs": ["joint_state", "joint_trajectory"], "rate": RATE})
     client.wait_for(lambda: client.node.count_publishers("joint_trajectory"), "the output")
     machine.move((0.0, 0.0, 0.25))
     client.wait_for(lambda: trajectories, "the trajectory of the move")

@@ -7,10 +7,12 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import Imu
 
-from testing.commands import KINEMATICS, PERIOD
+from testing.commands import KINEMATICS
 from tri_glide_kinematics.calibration.ringdown import Quantity, Recording, find_modes
 
 FREQUENCIES = (15.0, 22.0, 0.0)  # Hz
+RATE = 100.0  # 1/s, of ik_node
+PERIOD = 1.0 / RATE  # s
 START, TARGET = (-0.08, 0.05, 0.25), (0.08, -0.05, 0.25)
 GRAVITY = 9.80665  # m/s^2
 # The drives' own setpoints: what the machine does then is the same on a busy computer.
@@ -58,7 +60,7 @@ def collected(client, messages, count=300):
 
 
 def test_an_accelerometer_tells_the_frequencies_and_drives_do_not(machine, client, imus, poses):
-    machine.start(None, {**SWINGING, "accelerometer_noise": 0.01})
+    machine.start({"rate": RATE}, {**SWINGING, "accelerometer_noise": 0.01})
     client.wait_for(lambda: imus, "an accelerometer")
     imu = imus[0]
     assert imu.header.frame_id == "tri_glide_platform"
@@ -92,7 +94,7 @@ def test_an_accelerometer_tells_the_frequencies_and_drives_do_not(machine, clien
 def test_where_time_passes_by_the_clock_a_stall_leaves_samples_out_and_the_swing_goes_on(
     machine, client, imus
 ):
-    machine.start(None, {**SWINGING, "setpoint_period": 0.0, "accelerometer_noise": 0.01})
+    machine.start({"rate": RATE}, {**SWINGING, "setpoint_period": 0.0, "accelerometer_noise": 0.01})
     client.wait_for(lambda: imus, "an accelerometer")
     machine.move(START)
     machine.move(TARGET)
@@ -111,7 +113,7 @@ def test_where_time_passes_by_the_clock_a_stall_leaves_samples_out_and_the_swing
 
 
 def test_encoders_that_see_the_swing(machine, client, poses):
-    machine.start(None, {**SWINGING, "encoders_see_swing": True})
+    machine.start({"rate": RATE}, {**SWINGING, "encoders_see_swing": True})
     machine.move(START)
     machine.move(TARGET)
     # By the stamps: a client that is late would see what is left of the swing.
