@@ -205,33 +205,6 @@ def test_diagnostics_tell_of_loop_and_refusals(running_machine):
     assert diagnostics[0].header.stamp.sec > 0
 
 
-def test_modes_that_differ_from_place_to_place_have_a_shaper_for_each_motion(machine, client):
-    machine.start({"shaper": "ei", "mode_frequencies": [15.0]})
-    two_places = {"mode_places": [-0.1, 0.0, 0.25, 0.1, 0.0, 0.25]}
-    result = client.set_parameters("ik_node", two_places)
-    assert not result.successful
-    assert "has 1 elements, expected 1 to 2 for each of 2 places" in result.reason
-    result = client.set_parameters("ik_node", two_places | {"mode_frequencies": [10.0, 20.0]})
-    assert result.successful
-    diagnostics = client.record(DiagnosticArray, "/diagnostics")
-
-    def durations():
-        values = map(values_of, client.statuses(diagnostics))
-        return [float(each[name]) for each in values if name in each]
-
-    name = "duration of the shaper [s]"
-
-    for x in (0.09, -0.1):
-        machine.move((x, 0.0, 0.25))
-        diagnostics.clear()
-        # The first one may have been on its way before the move was over.
-        client.wait_for(lambda: len(durations()) > 1, "diagnostics")
-        # A period and a half where much is passed, else one.
-        expected = {0.09: 1.0 / 17.3, -0.1: 1.5 / 15.0}[x]
-        assert durations()[-1] == pytest.approx(expected, rel=0.05)
-    assert_within_limits(machine)
-
-
 def test_live_parameters_are_checked_as_a_set_and_hold_in_motion(running_machine):
     machine, client = running_machine, running_machine.client
     machine.get_going(FAR, 0.05)

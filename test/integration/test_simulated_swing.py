@@ -7,7 +7,6 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import Imu
 
-from testing.commands import KINEMATICS
 from tri_glide_kinematics.calibration.ringdown import Quantity, Recording, find_modes
 
 FREQUENCIES = (15.0, 22.0, 0.0)  # Hz
@@ -110,31 +109,3 @@ def test_where_time_passes_by_the_clock_a_stall_leaves_samples_out_and_the_swing
     frequencies = sorted(mode.frequency for mode in found.modes)
     assert frequencies == pytest.approx(FREQUENCIES[:2], rel=1e-3)
     assert found.unexplained < 1e-3
-
-
-def test_encoders_that_see_the_swing(machine, client, poses):
-    machine.start({"rate": RATE}, {**SWINGING, "encoders_see_swing": True})
-    machine.move(START)
-    machine.move(TARGET)
-    # By the stamps: a client that is late would see what is left of the swing.
-    end = max(client.time_of(command) for command in machine.commands if any(command.velocity))
-
-    def since_rest(messages):
-        return [message for message in messages if client.time_of(message) > end]
-
-    client.wait_for(lambda: len(since_rest(poses)) > 150, "true poses")
-    true = places(since_rest(poses)[:150])
-    seen, commanded = (
-        np.array([KINEMATICS.forward(machine.heights(m)) for m in since_rest(messages)[:150]])
-        for messages in (machine.measured, machine.commands)
-    )
-    # The drives rest, and the encoders see the platform swing.
-    assert np.ptp(commanded, axis=0).max() < 1e-9
-    swung = np.ptp(true, axis=0)[:2]
-    assert swung.min() > 1e-5
-    assert np.ptp(seen, axis=0)[:2] == pytest.approx(swung, rel=0.5)
-    # Alive: with other frequencies the machine goes on, and wrong ones change nothing.
-    assert client.set_parameters("simulator_node", {"swing_frequencies": [0.0] * 3}).successful
-    refused = client.set_parameters("simulator_node", {"swing_frequencies": [1.0] * 4})
-    assert "expected 3 or 6 for each of 1 points" in refused.reason
-    machine.wait_for_measured_rest()
