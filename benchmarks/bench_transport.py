@@ -80,9 +80,8 @@ def main() -> int:
     """Measure, and print the result."""
     ages: list[float] = []
 
-    def hear(message: JointState) -> None:
-        stamp = message.header.stamp
-        ages.append(1e-9 * (time.time_ns() - stamp.nanosec) - stamp.sec)
+    def hear(_: JointState, info: MessageInfo) -> None:
+        ages.append(1e-9 * (time.time_ns() - info["source_timestamp"]))
 
     with session() as running:
         pids = [running.start_node(name, "/probed") for name in ("simulator_node", "ik_node")]
