@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from typing import Any
 from functools import partial
 
 from rclpy.qos import qos_profile_sensor_data
@@ -80,7 +81,7 @@ def main() -> int:
     """Measure, and print the result."""
     ages: list[float] = []
 
-    def hear(_: JointState, info: MessageInfo) -> None:
+    def hear(_: JointState, info: Any) -> None:
         ages.append(1e-9 * (time.time_ns() - info["source_timestamp"]))
 
     with session() as running:

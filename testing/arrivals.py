@@ -1,7 +1,7 @@
 """When setpoints of the real ``ik_node`` arrive: `python -m testing.arrivals FILE.npz` records it.
 
-A platform goes to and fro meanwhile: quietly, and beside two processes that only calculate. Of each
-setpoint the file has the time of its arrival less its nominal time [us], from zero.
+A platform moves meanwhile: quietly, and beside two processes that only calculate. Of each setpoint
+the file has the time of its arrival less its nominal time [us]; -1 for one that was lost.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from sensor_msgs.msg import JointState
 
 from testing.client import Client
 from testing.domain import own_context, own_domain
-from testing.machine import Machine
+from testing.machine import PATIENCE, Machine
 from testing.processes import launched
 from testing.taking import taken
 from tri_glide_kinematics.vectors import FloatArray
@@ -26,7 +26,7 @@ from tri_glide_kinematics.vectors import FloatArray
 RATE = 500.0  # of setpoints [1/s]
 DURATION = 20.0  # of a recording [s]
 NAP = 0.0002  # between two looks [s]
-TURNING = 0.6  # time to go to one side [s]
+SLOWLY = 0.01  # speed scale of a motion that lasts longer
 
 
 def calculate() -> None:
@@ -41,24 +41,29 @@ def recorded() -> FloatArray:
         with launched(Path(folder), "/arrivals") as launcher:
             client = Client(context, "/arrivals")
             rates = {"rate": RATE}
-            machine = Machine(client, launcher, listen=False).start(rates, rates)
+            machine = Machine(client, launcher, listen=False)
+            machine.start({**rates, "speed_scale": SLOWLY, **PATIENCE}, rates)
             qos = QoSProfile(depth=5000)
             heard = client.node.create_subscription(JointState, "joint_commands", print, qos)
-            arrivals: list[float] = []
-            begin = turn = time.monotonic()
-            side = 0.05
+            client.send_pose((0.0, 0.0, 0.1))
+            begin = time.monotonic()
+            arrivals: dict[int, float] = {}
+            number, last = 0, 0
             while (now := time.monotonic()) < begin + DURATION + 1.0:
-                if now > turn:
-                    client.send_pose((side, 0.0, 0.3))
-                    turn, side = now + TURNING, -side
-                arrivals += [time.monotonic() for _ in taken(heard)]
+                for message in taken(heard):
+                    stamp = client.time_of(message)
+                    # In motion, only: at rest a stamp may be set.
+                    if now > begin + 1.0:
+                        number += int(1e-9 * (stamp - last) * RATE + 0.02) if arrivals else 0
+                        arrivals[number] = now
+                    last = stamp
                 time.sleep(NAP)
+            assert any(message.velocity), "the motion was too short"
             client.close()
-            del machine
-    times = np.array(arrivals)
-    delays = times - times[0] - np.arange(len(times)) / RATE
-    count = int(RATE)
-    return np.array(delays[count:] - delays[count:].min())
+    delays = np.full(number + 1, np.nan)
+    delays[list(arrivals)] = list(arrivals.values())
+    delays -= np.arange(number + 1) / RATE
+    return np.array(delays - np.nanmin(delays))
 
 
 def main() -> None:
@@ -70,14 +75,11 @@ def main() -> None:
     loaded = recorded()
     for each in busy:
         each.kill()
-    for name, delays in (("quiet", quiet), ("loaded", loaded)):
-        steps = np.diff(delays)
-        print(name, len(delays), "longest step [ms]", 1e3 * steps.max(), "end", delays[-1] * 1e3)
-    np.savez_compressed(
-        sys.argv[1],
-        quiet=np.round(1e6 * quiet).astype(np.int32),
-        loaded=np.round(1e6 * loaded).astype(np.int32),
-    )
+    numbers = {
+        name: np.where(np.isnan(delays), -1.0, np.round(1e6 * delays)).astype(np.int32)
+        for name, delays in (("quiet", quiet), ("loaded", loaded))
+    }
+    np.savez_compressed(sys.argv[1], **numbers)
 
 
 if __name__ == "__main__":
