@@ -259,8 +259,8 @@ class MotionController:
         if not operation.leads:
             return None
         setpoint = self._step()
-        self._underway.send(setpoint.heights, now)
         try:
+            self._underway.send(setpoint.heights, now)
             if operation.failure is None:
                 self._look_after(now)
         except Exception as error:
