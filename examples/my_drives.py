@@ -58,8 +58,8 @@ class MyDrives(Node):
         self._drives = Drives()
         self._last_setpoint = self.get_clock().now()
         self._publisher = self.create_publisher(JointState, "joint_states", QoSProfile(depth=5))
-        # Here the newest setpoint counts, and an older one is worth nothing. Whoever plays setpoints
-        # out needs all of them: reliable, with a depth of 100.
+        # Here the newest setpoint counts; an older one is worth nothing. Who plays setpoints out
+        # needs all of them: reliable, with a depth of 100.
         newest = QoSProfile(depth=1, reliability=qos_profile_sensor_data.reliability)
         self.create_subscription(JointState, "joint_commands", self._on_setpoint, newest)
         self.create_timer(PERIOD, self._publish)

@@ -193,7 +193,7 @@ class Playout:
             newest = self._store[-1]
             self._rate = 1.0 if self._is_still else self._next_rate(now, newest)
             head = self._head + self._rate * self._period
-            if head > newest.time and self._target is not None and not newest.rests:
+            if head >= newest.time and self._target is not None and not newest.rests:
                 self._run_dry(self._target)
             else:
                 self._head = min(head, newest.time)
@@ -209,14 +209,13 @@ class Playout:
         excess = newest.time + now - self._received - self._head - period - self._delay
         wanted = min(1.0 + excess / RETURN_TIME, FASTEST)
         wanted = rate + (wanted - rate) * min(period / RATE_TIME, 1.0)
-        to_brake = self._to_brake(newest.velocities)
+        at_head = self._target[1] if self._target is not None else newest.velocities
+        to_brake = max(self._to_brake(newest.velocities), self._to_brake(at_head) / rate)
         if to_brake > 0.0:
-            if self._target is not None:
-                to_brake = max(to_brake, self._to_brake(self._target[1]) / rate)
-            low = min(to_brake / (2.0 * SHARE), LOW * self._delay)
-            left = max(newest.time - self._head, 0.0)
+            if not newest.rests:
+                low = min(to_brake / (2.0 * SHARE), LOW * self._delay)
+                wanted = min(wanted, math.sqrt(max(newest.time - self._head, 0.0) / low))
             change = SHARE * period / to_brake
-            wanted = min(wanted, math.sqrt(left / low))
             wanted = min(max(wanted, rate - change), rate + change)
         return wanted
 

@@ -1,13 +1,14 @@
 """The enable service of the drives: asked first when the machine is enabled, and last afterwards.
 
 It is never waited for in the cycle: who waits is a coroutine, which the executor goes on with in
-its turns.
+its turns (a sleep of no time is all that it knows of asyncio).
 """
 
 from __future__ import annotations
 
+import asyncio
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -25,11 +26,6 @@ HEIGHTS_TIME = 2.0
 
 class DrivesRefusedError(KinematicsError):
     """The drives do not do what they are asked for."""
-
-
-class _NextTurn:
-    def __await__(self) -> Generator[None, None, None]:
-        yield
 
 
 class DrivesEnable:
@@ -68,7 +64,7 @@ class DrivesEnable:
                 except CommandRefusedError as error:
                     if error.refusal is not Refusal.NO_MEASUREMENT or time.monotonic() > end:
                         raise
-                await _NextTurn()
+                await asyncio.sleep(0)
         except Exception:
             self.let_go()
             raise
@@ -90,7 +86,7 @@ class DrivesEnable:
             if time.monotonic() > end:
                 future.cancel()
                 raise DrivesRefusedError(f"{self._name} has not answered in {ANSWER_TIME:g} s")
-            await _NextTurn()
+            await asyncio.sleep(0)
         answer = future.result()
         if not answer.success:
             raise DrivesRefusedError(f"the drives are not enabled: {answer.message}")
