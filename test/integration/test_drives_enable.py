@@ -27,8 +27,15 @@ class Drives:
         return response
 
     def enable(self, on):
-        request = SetBool.Request(data=on)
-        return self.client.call(SetBool, "ik_node/enable", request)
+        request, answers = SetBool.Request(data=on), []
+
+        def is_answered():
+            answers.append(self.client.call(SetBool, "ik_node/enable", request))
+            # For a second, ik_node looks who else is there, and asks nobody.
+            return "looks for other" not in answers[-1].message
+
+        self.client.wait_for(is_answered, "an answer")
+        return answers[-1]
 
 
 @pytest.fixture

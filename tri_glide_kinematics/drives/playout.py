@@ -14,7 +14,7 @@ import math
 from collections import deque
 from dataclasses import dataclass, replace
 
-from tri_glide_kinematics.checks import checked_vector, finite, finite_vector, positive
+from tri_glide_kinematics.checks import checked_vector, finite_vector, positive
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import Vector3, combined, scaled, three
 from tri_glide_kinematics.wording import number_text
@@ -134,9 +134,7 @@ class Playout:
             NotFiniteError: if a number is NaN or infinite.
             SetpointRefusedError: if it is late, or not the next one of a stream that began at rest.
         """
-        finite("time", setpoint.time)
-        finite_vector("heights", setpoint.heights, 3)
-        finite_vector("velocities", setpoint.velocities, 3)
+        finite_vector("setpoint", (setpoint.time, *setpoint.heights, *setpoint.velocities), 7)
         if self.has_run_dry:
             raise SetpointRefusedError("setpoints have come too late: drives need a new enabling")
         if not (self._store or setpoint.rests):
@@ -166,8 +164,7 @@ class Playout:
         if last.rests and setpoint.rests:
             jumps = [abs(b - a) for a, b in zip(last.heights, setpoint.heights)]
             if max(jumps) > JUMP:
-                text = number_text(max(jumps), 6)
-                raise SetpointRefusedError(f"a jump at rest of {text} m, more than {JUMP:g} m")
+                raise SetpointRefusedError(f"a jump at rest of {max(jumps):.6f} m")
             # At rest, stamps may be set, and a stream may begin anew where the sliders are seen.
             glide = math.sqrt(max(6.0 / SHARE * j / b for j, b in zip(jumps, self._brake)))
             return max(glide, passed if 0.0 < passed <= self._delay else now - self._received)
@@ -230,14 +227,14 @@ class Playout:
         second = store[1]
         span = second.time - first.time
         u = (self._head - first.time) / span
-        way = [b - a for a, b in zip(first.heights, second.heights)]
-        begin, end = scaled(first.velocities, span), scaled(second.velocities, span)
-        # Relative to the first heights: at rest, the sum of weights would differ in its last bit.
         heights, velocities = [], []
-        for h, d, p, q in zip(first.heights, way, begin, end):
-            heights.append(h + u * (p + u * (3.0 * d - 2.0 * p - q + u * (p + q - 2.0 * d))))
-            rise = p + u * (2.0 * (3.0 * d - 2.0 * p - q) + 3.0 * u * (p + q - 2.0 * d))
-            velocities.append(self._rate * rise / span)
+        # Relative to the first heights: at rest, a sum of weights would differ in its last bit.
+        for i, h in enumerate(first.heights):
+            p, q = span * first.velocities[i], span * second.velocities[i]
+            way = second.heights[i] - h
+            b, c = 3.0 * way - 2.0 * p - q, p + q - 2.0 * way
+            heights.append(h + u * (p + u * (b + u * c)))
+            velocities.append(self._rate / span * (p + u * (2.0 * b + u * 3.0 * c)))
         return three(heights), three(velocities)
 
     def _to_brake(self, velocities: Vector3) -> float:

@@ -56,15 +56,14 @@ class DrivesEnable:
         try:
             told = await self._asked_for_torque()
             end = time.monotonic() + HEIGHTS_TIME
-            while True:
-                if self._is_given_up:
-                    raise DrivesRefusedError("disabled before it was enabled")
+            while not self._is_given_up:
                 try:
                     return f"{lead()}; drives: {told}"
                 except CommandRefusedError as error:
                     if error.refusal is not Refusal.NO_MEASUREMENT or time.monotonic() > end:
                         raise
                 await asyncio.sleep(0)
+            raise DrivesRefusedError("disabled before it was enabled")
         except Exception:
             self.let_go()
             raise
@@ -100,9 +99,9 @@ class DrivesEnable:
         """Take torque away once the machine is not led any more; to be called in each cycle."""
         if self._letting_go is not None:
             future, end = self._letting_go
-            if future.done() or time.monotonic() > end:
+            answer = future.result() if future.done() else None
+            if answer is not None or time.monotonic() > end:
                 self._letting_go = None
-                answer = future.result() if future.done() else None
                 if answer is None or not answer.success:
                     why = "no answer" if answer is None else answer.message
                     self._tell(f"the drives may have torque still: {self._name}: {why}")

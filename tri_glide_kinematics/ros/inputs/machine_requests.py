@@ -120,6 +120,8 @@ class MachineServices:
         assert self._drives is not None
         with self._told_in(request, response):
             if request.data and not self._controller.leads:
+                self._look_for_others()
+                self._controller.check_free()
                 response.message = await self._drives.enable(self._enable)
             elif request.data:
                 response.message = self._enable()
