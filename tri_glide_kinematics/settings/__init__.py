@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.arguments import sections_of as sections_of
     from tri_glide_kinematics.settings.arguments import sources_of as sources_of
     from tri_glide_kinematics.settings.tables import CALIBRATION_NODE as CALIBRATION_NODE
+    from tri_glide_kinematics.settings.tables import CIA402_NODE as CIA402_NODE
     from tri_glide_kinematics.settings.tables import FK_NODE as FK_NODE
     from tri_glide_kinematics.settings.tables import FORCE_LIMITS as FORCE_LIMITS
     from tri_glide_kinematics.settings.tables import IK_NODE as IK_NODE

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -534,6 +534,59 @@ CALIBRATION_NODE = (
     *SYSTEM,
 )
 
+# Everything here is written into the drives, or decides what is: so none of it is live.
+CIA402_NODE = (
+    Parameter("interface", "slcan",
+        "kind of CAN adapter, as python-can calls it: `slcan`, `socketcan`, `pcan`, ...", told=True),
+    Parameter("channel", "/dev/ttyACM0", "of the adapter, as python-can calls it", told=True),
+    Parameter("bitrate", 1_000_000,
+        "of the bus", "bit/s", 10_000, 1_000_000, told=True),
+    Parameter("node_ids", (1, 2, 3), "number of each slider's drive on the bus", "", 1, 127,
+        told=True),
+    Parameter("computer_id", 127, "number of this computer on the bus, of which the drives hear "
+        "heartbeats", "", 1, 127),
+    Parameter("rate", 500.0,
+        "SYNC messages per second, each after one target for each drive; its period is a whole "
+        "number of 0.1 ms", "1/s", 10.0, 1000.0, told=True),
+    JOINT_NAMES,
+    *(replace(entry, live=False) for entry in (*TRAVEL, *LIMITS[:2])),
+    Parameter("encoder_counts", (1_000_000,) * 3,
+        "counts of each drive for `encoder_way`; with a gear, both times its numbers of teeth",
+        "", 1, 2**32),
+    Parameter("encoder_way", (1_000_000,) * 3,
+        "way of each slider for `encoder_counts`", "um", 1, 2**32),
+    Parameter("directions", (1, 1, 1),
+        "1 where counts rise as the slider rises, -1 where they fall", "", -1, 1),
+    Parameter("home_heights", (0.92, 0.92, 0.92),
+        "height of each slider where its drive is at home: at its switch", *PLACE),
+    Parameter("homing_method", 0,
+        "object 0x6098 of each drive; 0 for the limit switch at the top without index pulse: 18, "
+        "or 17 where the direction is -1", "", -128, 127),
+    Parameter("homing_speed", 0.05, "towards the switches, of all sliders", "m/s", 1e-4, 10.0),
+    Parameter("homing_slow_speed", 0.005, "off the switches", "m/s", 1e-5, 10.0),
+    Parameter("homing_acceleration", 0.5, "of the drives as they home", "m/s^2", 0.001, 1000.0),
+    Parameter("homing_timeout", 60.0,
+        "all stop if one has not found its switch for longer than this", "s", 0.1, 3600.0),
+    Parameter("answer_timeout", 1.0,
+        "a drive that answers a request later than this is one that does not", "s", 0.01, 60.0),
+    Parameter("playout_delay", 0.01,
+        "time by which the drives are behind the setpoints, so that none of them is late",
+        "s", 0.0, 0.5, told=True),
+    Parameter("heartbeat_period", 0.02, "between heartbeats of this computer, and of each drive",
+        "s", 0.001, 10.0),
+    Parameter("heartbeat_timeout", 0.1,
+        "the drives stop by themselves if they hear this computer for no longer than this, and all "
+        "stop if one drive is not heard", "s", 0.002, 60.0, told=True),
+    Parameter("quick_stop_deceleration", (10.0, 10.0, 10.0),
+        "with which the drives stop by themselves", "m/s^2", 0.01, 1000.0),
+    Parameter("torque_limits", (1000, 1000, 1000),
+        "largest torque of each drive, in thousandths of the rated one (object 0x6072)",
+        "", 1, 65535),
+    Parameter("send_velocities", False,
+        "whether drives get velocities as a feed-forward, too (object 0x60B1), in a second RPDO"),
+    *SYSTEM,
+)
+
 PANEL_NODE = (
     Parameter("host", "127.0.0.1",
         "address on which the page is served; any but a loopback one lets others drive, if they "
@@ -569,6 +622,7 @@ NODES = {
     "ik_node": IK_NODE,
     "fk_node": FK_NODE,
     "simulator_node": SIMULATOR_NODE,
+    "cia402_node": CIA402_NODE,
     "calibration_node": CALIBRATION_NODE,
     "panel_node": PANEL_NODE,
 }
