@@ -1,1 +1,28 @@
 """Drives on a bus: their states, units, playing out and homing. No ROS; one seam to the bus."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.drives.bus import Bus as Bus
+    from tri_glide_kinematics.drives.bus import BusError as BusError
+    from tri_glide_kinematics.drives.bus import Command as Command
+    from tri_glide_kinematics.drives.bus import Emergency as Emergency
+    from tri_glide_kinematics.drives.bus import Entry as Entry
+    from tri_glide_kinematics.drives.bus import Event as Event
+    from tri_glide_kinematics.drives.bus import Foreign as Foreign
+    from tri_glide_kinematics.drives.bus import Heartbeat as Heartbeat
+    from tri_glide_kinematics.drives.bus import Status as Status
+    from tri_glide_kinematics.drives.bus import Transfer as Transfer
+    from tri_glide_kinematics.drives.cia402 import DriveError as DriveError
+    from tri_glide_kinematics.drives.cia402 import DriveState as DriveState
+    from tri_glide_kinematics.drives.cia402 import state_of as state_of
+    from tri_glide_kinematics.drives.group import DriveGroup as DriveGroup
+    from tri_glide_kinematics.drives.group import GroupState as GroupState
+    from tri_glide_kinematics.drives.group_settings import DriveSettings as DriveSettings
+    from tri_glide_kinematics.drives.group_settings import GroupSettings as GroupSettings
+    from tri_glide_kinematics.drives.load import bus_load as bus_load
+    from tri_glide_kinematics.drives.units import DriveUnits as DriveUnits
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
