@@ -1,1 +1,28 @@
 """Drives on a bus: their states, units, playing out and homing. No ROS; one seam to the bus."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.drives.bus import Bus as Bus
+    from tri_glide_kinematics.drives.bus import BusError as BusError
+    from tri_glide_kinematics.drives.bus import Command as Command
+    from tri_glide_kinematics.drives.bus import Emergency as Emergency
+    from tri_glide_kinematics.drives.bus import Entry as Entry
+    from tri_glide_kinematics.drives.bus import Event as Event
+    from tri_glide_kinematics.drives.bus import Foreign as Foreign
+    from tri_glide_kinematics.drives.bus import Heartbeat as Heartbeat
+    from tri_glide_kinematics.drives.bus import Status as Status
+    from tri_glide_kinematics.drives.bus import Transfer as Transfer
+    from tri_glide_kinematics.drives.dictionary import AbortError as AbortError
+    from tri_glide_kinematics.drives.dictionary import described as described
+    from tri_glide_kinematics.drives.simulated import DriveFaults as DriveFaults
+    from tri_glide_kinematics.drives.simulated import SimulatedDrive as SimulatedDrive
+    from tri_glide_kinematics.drives.simulated_axis import Slider as Slider
+    from tri_glide_kinematics.drives.simulated_axis import State as State
+    from tri_glide_kinematics.drives.simulated_axis import Switch as Switch
+    from tri_glide_kinematics.drives.simulated_bus import SimulatedBus as SimulatedBus
+    from tri_glide_kinematics.drives.simulated_bus import SimulatedTransfer as SimulatedTransfer
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
