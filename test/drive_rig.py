@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from tri_glide_kinematics.drives import (
     Command,
     Event,
+    PendingTransfer,
     SimulatedBus,
     SimulatedDrive,
-    SimulatedTransfer,
     Slider,
     Status,
     described,
@@ -73,18 +73,18 @@ class Rig:
             if isinstance(event, Status):
                 self.statuses[event.node] = event
 
-    def done(self, transfer: SimulatedTransfer) -> SimulatedTransfer:
+    def done(self, transfer: PendingTransfer) -> PendingTransfer:
         for _ in range(1000):
             if transfer.is_done:
                 return transfer
             self.pass_time(PERIOD)
         raise AssertionError("the transfer does not end")
 
-    def write(self, index: int, subindex: int, value: int, node: int = 1) -> SimulatedTransfer:
+    def write(self, index: int, subindex: int, value: int, node: int = 1) -> PendingTransfer:
         entry = described(node)[index, subindex].entry
         return self.done(self.bus.write(node, entry, value))
 
-    def read(self, index: int, subindex: int = 0, node: int = 1) -> SimulatedTransfer:
+    def read(self, index: int, subindex: int = 0, node: int = 1) -> PendingTransfer:
         return self.done(self.bus.read(node, described(node)[index, subindex].entry))
 
     def set_up(self) -> None:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.bus import Event as Event
     from tri_glide_kinematics.drives.bus import Foreign as Foreign
     from tri_glide_kinematics.drives.bus import Heartbeat as Heartbeat
+    from tri_glide_kinematics.drives.bus import PendingTransfer as PendingTransfer
     from tri_glide_kinematics.drives.bus import Status as Status
     from tri_glide_kinematics.drives.bus import Transfer as Transfer
     from tri_glide_kinematics.drives.dictionary import AbortError as AbortError
@@ -23,6 +24,5 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.simulated_axis import State as State
     from tri_glide_kinematics.drives.simulated_axis import Switch as Switch
     from tri_glide_kinematics.drives.simulated_bus import SimulatedBus as SimulatedBus
-    from tri_glide_kinematics.drives.simulated_bus import SimulatedTransfer as SimulatedTransfer
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

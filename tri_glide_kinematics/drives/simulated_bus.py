@@ -4,27 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
-from tri_glide_kinematics.drives.bus import BusError, Command, Entry, Event
+from tri_glide_kinematics.drives.bus import BusError, Command, Entry, Event, PendingTransfer
 from tri_glide_kinematics.drives.dictionary import AbortError
 from tri_glide_kinematics.drives.frames import HEARTBEAT, NMT, Frame, cycle_frames, event_of
 from tri_glide_kinematics.drives.simulated import BOOTING, STOPPED, SimulatedDrive
 
 # How long an answer of a drive is waited for [s].
 PATIENCE = 1.0
-
-
-@dataclass
-class SimulatedTransfer:
-    """An entry that is read or written; attributes as in ``Transfer``."""
-
-    entry: Entry
-    value: int = 0
-    writes: bool = False
-    is_done: bool = False
-    error: str = ""
-    abort_code: int = 0
 
 
 class SimulatedBus:
@@ -50,7 +37,7 @@ class SimulatedBus:
         self._own = own
         self._came: list[Event] = []
         # Transfers of each drive, and when the first of them is done at the earliest.
-        self._transfers: dict[int, deque[SimulatedTransfer]] = {}
+        self._transfers: dict[int, deque[tuple[PendingTransfer, bool]]] = {}
         self._begun: dict[int, float] = {}
 
     def advance(self, now: float) -> None:
@@ -68,13 +55,13 @@ class SimulatedBus:
         if event is not None and not self.is_off and not self.is_lost(frame):
             self._came.append(event)
 
-    def read(self, node: int, entry: Entry) -> SimulatedTransfer:
+    def read(self, node: int, entry: Entry) -> PendingTransfer:
         """Begin to read an entry."""
-        return self._begin(node, SimulatedTransfer(entry))
+        return self._begin(node, PendingTransfer(entry), writes=False)
 
-    def write(self, node: int, entry: Entry, value: int) -> SimulatedTransfer:
+    def write(self, node: int, entry: Entry, value: int) -> PendingTransfer:
         """Begin to write an entry."""
-        return self._begin(node, SimulatedTransfer(entry, value, writes=True))
+        return self._begin(node, PendingTransfer(entry, value), writes=True)
 
     def send_state(self, node: int, command: int) -> None:
         """Send a command of NMT."""
@@ -110,10 +97,10 @@ class SimulatedBus:
                 drive.receive(frame)
         self.advance(self.now)
 
-    def _begin(self, node: int, transfer: SimulatedTransfer) -> SimulatedTransfer:
+    def _begin(self, node: int, transfer: PendingTransfer, *, writes: bool) -> PendingTransfer:
         self._check()
         waiting = self._transfers.setdefault(node, deque())
-        waiting.append(transfer)
+        waiting.append((transfer, writes))
         if len(waiting) == 1:
             self._begun[node] = self.now
         return transfer
@@ -122,7 +109,8 @@ class SimulatedBus:
         waiting = self._transfers.get(drive.node)
         if not waiting:
             return
-        transfer, entry = waiting[0], waiting[0].entry
+        transfer, writes = waiting[0]
+        entry = transfer.entry
         time = self.now - self._begun[drive.node]
         is_silent = self.is_off or drive.network_state in (BOOTING, STOPPED)
         delay = max(self.transfer_time, drive.faults.answer_delay)
@@ -131,7 +119,7 @@ class SimulatedBus:
         try:
             if is_silent or delay > PATIENCE:
                 transfer.error = f"no answer within {PATIENCE:g} s"
-            elif transfer.writes:
+            elif writes:
                 data = (transfer.value % (1 << 8 * entry.size)).to_bytes(entry.size, "little")
                 drive.write(entry.index, entry.subindex, data)
             else:
