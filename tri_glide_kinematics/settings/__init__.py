@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.values import check_joint_names as check_joint_names
     from tri_glide_kinematics.settings.values import check_travel as check_travel
     from tri_glide_kinematics.settings.values import description_of as description_of
+    from tri_glide_kinematics.settings.values import (
+        drive_group_settings_of as drive_group_settings_of,
+    )
     from tri_glide_kinematics.settings.values import forces_of as forces_of
     from tri_glide_kinematics.settings.values import in_position_bounds_of as in_position_bounds_of
     from tri_glide_kinematics.settings.values import limits_of as limits_of
