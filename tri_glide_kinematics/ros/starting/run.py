@@ -91,13 +91,7 @@ class EndSignals:
 # The package that pip is to install where a module is missing, and another way to get it. The
 # Python of Ubuntu lets pip install into an environment only.
 ENVIRONMENT = "python3 -m venv --system-site-packages ~/venv && . ~/venv/bin/activate && "
-CAN = "canopen 'python-can[serial]'"
-FROM_PIP = {
-    "numpy": "numpy",
-    "ruckig": "ruckig",
-    "viser": "viser==1.1.1",
-    **dict.fromkeys(("can", "canopen"), CAN),
-}
+FROM_PIP = {"numpy": "numpy", "ruckig": "ruckig", "viser": "viser==1.1.1"}
 INSTEAD = {"ruckig": "build the package tri_glide_ruckig of the same repository, or "}
 
 
