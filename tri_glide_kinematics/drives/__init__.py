@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.bus import PendingTransfer as PendingTransfer
     from tri_glide_kinematics.drives.bus import Status as Status
     from tri_glide_kinematics.drives.bus import Transfer as Transfer
+    from tri_glide_kinematics.drives.can_bus import CanBus as CanBus
     from tri_glide_kinematics.drives.dictionary import AbortError as AbortError
     from tri_glide_kinematics.drives.dictionary import described as described
     from tri_glide_kinematics.drives.simulated import DriveFaults as DriveFaults
@@ -24,5 +25,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.simulated_axis import State as State
     from tri_glide_kinematics.drives.simulated_axis import Switch as Switch
     from tri_glide_kinematics.drives.simulated_bus import SimulatedBus as SimulatedBus
+    from tri_glide_kinematics.drives.slcan import Terminals as Terminals
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
