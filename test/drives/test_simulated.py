@@ -185,7 +185,7 @@ def test_a_reset_forgets_all_and_tells_so():
 
 def test_vendor_bits_lost_statuses_and_noise_change_no_state():
     rig = enabled(slider=Slider(noise=2.0))
-    rig.drive.axis.vendor_bits = 0xC100
+    rig.drive.faults.vendor_bits = 0xC100
     rig.events.clear()
     rig.drive.faults.lost_statuses = 1
     target = rig.read(0x607A).value

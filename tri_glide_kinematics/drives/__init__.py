@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.bus import PendingTransfer as PendingTransfer
     from tri_glide_kinematics.drives.bus import Status as Status
     from tri_glide_kinematics.drives.bus import Transfer as Transfer
+    from tri_glide_kinematics.drives.can_bus import CanBus as CanBus
     from tri_glide_kinematics.drives.cia402 import DriveError as DriveError
     from tri_glide_kinematics.drives.cia402 import DriveState as DriveState
     from tri_glide_kinematics.drives.cia402 import state_of as state_of
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.simulated_axis import State as State
     from tri_glide_kinematics.drives.simulated_axis import Switch as Switch
     from tri_glide_kinematics.drives.simulated_bus import SimulatedBus as SimulatedBus
+    from tri_glide_kinematics.drives.slcan import Terminals as Terminals
     from tri_glide_kinematics.drives.units import DriveUnits as DriveUnits
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

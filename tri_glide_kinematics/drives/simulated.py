@@ -58,6 +58,7 @@ class DriveFaults:
         answer_delay: how long an answer to an SDO takes [s].
         lost_statuses: so many of the next TPDOs get lost.
         is_mute: sends no heartbeat any more.
+        vendor_bits: bits of the status word that are set besides.
     """
 
     read_only: set[Address] = field(default_factory=set)
@@ -67,6 +68,7 @@ class DriveFaults:
     answer_delay: float = 0.0
     lost_statuses: int = 0
     is_mute: bool = False
+    vendor_bits: int = 0
 
 
 class SimulatedDrive:
@@ -169,7 +171,7 @@ class SimulatedDrive:
             AbortError: if it is not there.
         """
         address = self._there(index, subindex)
-        self.axis.refresh()
+        self._refresh()
         return self._described[address].data(self.objects[address])
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
@@ -193,6 +195,10 @@ class SimulatedDrive:
         self._set(address, number // step * step)
         if address == (0x1017, 0):
             self._beats_at = self._now if number else inf
+
+    def _refresh(self) -> None:
+        self.axis.refresh()
+        self.objects[0x6041, 0] |= self.faults.vendor_bits
 
     def _there(self, index: int, subindex: int) -> Address:
         address = index, subindex
@@ -271,7 +277,7 @@ class SimulatedDrive:
         if self.faults.lost_statuses > 0:
             self.faults.lost_statuses -= 1
             return
-        self.axis.refresh()
+        self._refresh()
         parts = (self._described[each].data(self.objects[each]) for each in self._mapped(TPDO))
         self._send(parameter & 0x7FF, b"".join(parts))
 

@@ -56,6 +56,8 @@ class Slider:
         has_brake: whether the drive's brake holds it while there is no torque.
         noise: standard deviation of the encoder.
         switch: how the limit switches are.
+        extrapolation: for how long its drive goes on as it did where no SYNC comes [s]. CiA 402
+            leaves this open, and drives differ.
     """
 
     lower: float = 0.0
@@ -66,6 +68,7 @@ class Slider:
     has_brake: bool = True
     noise: float = 0.0
     switch: Switch = Switch.WORKS
+    extrapolation: float = 0.05
 
     def edge(self, way: int) -> float:
         """Return where the switch at the end of a ``way`` (1 or -1) begins."""
@@ -87,9 +90,6 @@ class SimulatedAxis:
         velocity: of the slider.
         state: by CiA 402.
         errors: codes of errors that nobody has been told yet; 0 where they have gone.
-        extrapolation: for how long it goes on as it did where no SYNC comes [s]. CiA 402 leaves
-            this open, and drives differ.
-        vendor_bits: bits of the status word that say nothing.
     """
 
     def __init__(self, objects: dict[Address, int], slider: Slider, position: float) -> None:
@@ -105,8 +105,6 @@ class SimulatedAxis:
         self.velocity = 0.0
         self.state = State.SWITCH_ON_DISABLED
         self.errors: list[int] = []
-        self.extrapolation = 0.05
-        self.vendor_bits = 0
         self._objects = objects
         # Position of the slider where the drive counts 0.
         self._zero = round(position)
@@ -197,7 +195,7 @@ class SimulatedAxis:
         objects[0x60FD, 0] = sum(
             bit for bit, way in ((1, -1), (2, 1)) if self.slider.is_on_switch(way, self.position)
         )
-        word = self.state | 0x210 | self.vendor_bits
+        word = self.state | 0x210
         mode = objects[0x6061, 0]
         if mode == HOMING:
             done = not self._phase and self._rate == 0.0
@@ -246,7 +244,7 @@ class SimulatedAxis:
             if self._time_left > 0.0:
                 way = self._target() - self._demand
                 self._rate = way / max(self._time_left, dt)
-            elif self._time_left < -self.extrapolation:
+            elif self._time_left < -self.slider.extrapolation:
                 self._rate = 0.0
             self._time_left -= dt
             self._demand += self._rate * dt
