@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from enum import Enum, IntEnum
 
+from tri_glide_kinematics.drives.bus import Entry
 from tri_glide_kinematics.errors import KinematicsError
 
 
 class DriveError(KinematicsError):
     """A drive does not do what it is asked for; the text names the axis, object and numbers."""
+
+    def __init__(self, text: str, axis: int | None = None) -> None:
+        """Store what is wrong, and the number of the ``axis`` from 1, if it is one."""
+        super().__init__(text)
+        self.axis = axis
 
 
 class DriveState(Enum):
@@ -22,6 +28,13 @@ class DriveState(Enum):
     QUICK_STOP = "QUICK STOP ACTIVE"
     FAULT_REACTION = "FAULT REACTION ACTIVE"
     FAULT = "FAULT"
+
+
+CONTROL_WORD = Entry(0x6040, 0, 2)
+STATUS_WORD = Entry(0x6041, 0, 2)
+ERROR_CODE = Entry(0x603F, 0, 2)
+MODE = Entry(0x6060, 0, 1, is_signed=True)
+MODE_SHOWN = Entry(0x6061, 0, 1, is_signed=True)
 
 
 class Mode(IntEnum):
@@ -77,4 +90,4 @@ def state_of(status_word: int) -> DriveState | None:
 
 def word_towards_switched_on(state: DriveState | None) -> int:
     """Return the control word that leads a drive to SWITCHED ON, and no farther."""
-    return _TOWARDS_SWITCHED_ON.get(state, DISABLE_VOLTAGE) if state else DISABLE_VOLTAGE
+    return DISABLE_VOLTAGE if state is None else _TOWARDS_SWITCHED_ON.get(state, DISABLE_VOLTAGE)

@@ -59,10 +59,15 @@ class DriveSettings:
         return 18 if self.units.direction > 0 else 17
 
     @property
-    def travel(self) -> tuple[int, int]:
-        """The ends of the travel, the switch within it, as the drive counts: smaller, larger."""
+    def ends(self) -> tuple[float, float]:
+        """The ends of the travel, the switch within it: lower, upper [m]."""
         heights = (self.lower_height, self.upper_height, self.home_height)
-        counts = [self.units.counts_of(height, self.home_height) for height in heights]
+        return min(heights), max(heights)
+
+    @property
+    def travel(self) -> tuple[int, int]:
+        """The ends as the drive counts: smaller, larger."""
+        counts = [self.units.counts_of(height, self.home_height) for height in self.ends]
         return min(counts), max(counts)
 
 

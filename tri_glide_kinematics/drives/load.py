@@ -18,7 +18,8 @@ class BusTooSlowError(BusError):
         """Store the ``load`` at a ``bitrate`` [bit/s] and a ``period`` [s]."""
         super().__init__(
             f"the bus of {bitrate} bit/s is in use for {100 * load:.0f} % of the time with a "
-            f"period of {number_text(1e3 * period)} ms, at most {100 * LARGEST_LOAD:.0f} % is allowed"
+            f"period of {number_text(1e3 * period)} ms; "
+            f"at most {100 * LARGEST_LOAD:.0f} % is allowed"
         )
         self.load = load
 
