@@ -19,12 +19,15 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.can_bus import CanBus as CanBus
     from tri_glide_kinematics.drives.dictionary import AbortError as AbortError
     from tri_glide_kinematics.drives.dictionary import described as described
+    from tri_glide_kinematics.drives.frames import CobId as CobId
+    from tri_glide_kinematics.drives.frames import Frame as Frame
+    from tri_glide_kinematics.drives.frames import cycle_frames as cycle_frames
+    from tri_glide_kinematics.drives.frames import event_of as event_of
     from tri_glide_kinematics.drives.simulated import DriveFaults as DriveFaults
     from tri_glide_kinematics.drives.simulated import SimulatedDrive as SimulatedDrive
     from tri_glide_kinematics.drives.simulated_axis import Slider as Slider
     from tri_glide_kinematics.drives.simulated_axis import State as State
     from tri_glide_kinematics.drives.simulated_axis import Switch as Switch
-    from tri_glide_kinematics.drives.simulated_bus import SimulatedBus as SimulatedBus
     from tri_glide_kinematics.drives.slcan import Terminals as Terminals
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
