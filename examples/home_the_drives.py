@@ -27,8 +27,12 @@ def main() -> int:
     except KeyboardInterrupt:
         return 1
 
+    told: list[str] = []
+
     def tell(message: Home.Impl.FeedbackMessage) -> None:
-        print("waiting for", ", ".join(message.feedback.waiting), flush=True)
+        if told != message.feedback.waiting:
+            told[:] = message.feedback.waiting
+            print("waiting for", ", ".join(told) or "the way down into the travel", flush=True)
 
     sent = client.send_goal_async(Home.Goal(), tell)
     rclpy.spin_until_future_complete(node, sent)

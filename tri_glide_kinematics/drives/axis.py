@@ -150,7 +150,8 @@ class Axis:
                 if event.state == BOOT_UP:
                     self.has_restarted, self.is_homed = True, False
         self._missed = 0 if answers or not expects_answer else self._missed + 1
-        self._surplus = max(0, self._surplus + answers - 1)
+        # Answers that come late come all at once.
+        self._surplus = max(-SURPLUS, self._surplus + answers - 1)
 
     def trouble(self, now: float, settings: GroupSettings, is_enabled: bool) -> str:
         """Return what is wrong with it, or nothing; ``is_enabled``: it ought to have torque."""

@@ -109,7 +109,7 @@ class Cia402Node(Node):
         commands = self.create_subscription(
             JointState, "joint_commands", self._on_command, EACH_SETPOINT, raw=True
         )
-        self._services = tuple(
+        self._offered = tuple(
             self.create_service(kind, name, _never, qos_profile=CALLS)
             for kind, name in ((SetBool, "~/enable"), (Trigger, "~/reset"))
         )
@@ -135,7 +135,7 @@ class Cia402Node(Node):
             early=(commands,),
             may_end=self._may_end,
             end=self._end,
-            own=frozenset(self._services),
+            own=frozenset(self._offered),
         )
 
     def _cycle(self) -> None:
@@ -161,8 +161,9 @@ class Cia402Node(Node):
 
     def _serve(self, now: float) -> None:
         self._tell(now)
-        for service in self._services:
-            request, header = service.handle.service_take_request(service.srv_type.Request)
+        for service in self._offered:
+            kind: Any = service.srv_type
+            request, header = service.handle.service_take_request(kind.Request)
             if header is not None:
                 self._ask(service, header, request, now)
         self._asked = [asked for asked in self._asked if not self._has_answered(asked, now)]
@@ -191,7 +192,8 @@ class Cia402Node(Node):
     def _text(self) -> str:
         """What the drives do, and why."""
         group = self._group
-        texts = (group.state.value, group.message, "" if group.is_homed else "not homed")
+        is_known = group.is_homed or group.state not in (GroupState.OFF, GroupState.ON)
+        texts = (group.state.value, group.message, "" if is_known else "not homed")
         return ": ".join(filter(None, texts))
 
     def _ask(self, service: Service, header: Any, request: Any, now: float) -> None:
@@ -206,8 +208,7 @@ class Cia402Node(Node):
             else:
                 self._group.disable(now)
         except KinematicsError as error:
-            response = service.srv_type.Response(success=False, message=str(error))
-            service.send_response(response, header)
+            _answer(service, header, False, str(error))
         else:
             self._asked.append(_Asked(service, header, wanted, now + LONGEST_ANSWER))
 
@@ -219,10 +220,7 @@ class Cia402Node(Node):
         if state is GroupState.ENABLING:
             # Who was told that there is no torque does not get it later.
             self._group.disable(now)
-        response = asked.service.srv_type.Response(
-            success=state is asked.wanted, message=self._text
-        )
-        asked.service.send_response(response, asked.header)
+        _answer(asked.service, asked.header, state is asked.wanted, self._text)
         return True
 
     def _begin_homing(self, _: Home.Goal) -> _Homing:
@@ -296,6 +294,11 @@ class Cia402Node(Node):
         self._home.answer()
         self._patient.end()
         self._bus.close()
+
+
+def _answer(service: Service, header: Any, success: bool, message: str) -> None:
+    kind: Any = service.srv_type
+    service.send_response(kind.Response(success=success, message=message), header)
 
 
 def _never(*_: object) -> None:

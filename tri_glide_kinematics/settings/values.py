@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from tri_glide_kinematics.control import InPositionBounds, SupervisionBounds
 from tri_glide_kinematics.description import MachineDescription, Parts
 from tri_glide_kinematics.drives import DriveSettings, DriveUnits, GroupSettings
@@ -342,6 +344,7 @@ def drive_group_settings_of(values: Values) -> GroupSettings:
         homing_acceleration=values["homing_acceleration"],
         homing_timeout=values["homing_timeout"],
         start_distance=values["start_distance"],
+        lost_in_a_row=math.ceil(values["heartbeat_timeout"] * values["rate"]),
     )
 
 
