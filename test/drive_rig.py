@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from testing.simulated_bus import SimulatedBus
 from tri_glide_kinematics.drives import (
     Command,
     Event,
     PendingTransfer,
-    SimulatedBus,
     SimulatedDrive,
     Slider,
     Status,

@@ -18,80 +18,34 @@ if TYPE_CHECKING:
 GRAVITY = 9.81
 # Greatest acceleration of a drive [m/s²].
 STRENGTH = 50.0
-# How far behind the edge of its switch a slider is stopped [m].
+# Where the switches begin, and how far behind that a slider is stopped [m].
+SWITCHES = (0.28, 0.92)
 ZONE = 0.02
 
-
-# What can be wrong with a drive, by the word for it: its value is a number, or an entry.
-NUMBERS = ("abort_at", "answer_delay", "lost_statuses", "vendor_bits")
-ENTRIES = ("absent", "read_only")
 FAULTS = (
-    f"{', '.join(NUMBERS)} NUMBER; {', '.join(ENTRIES)} INDEX:SUBINDEX; fault CODE; "
-    "switch works, sticks or never; mute; drop_out; reset"
+    "abort_at, answer_delay, lost_statuses, vendor_bits NUMBER; absent, read_only INDEX:SUBINDEX; "
+    "fault CODE; switch works, sticks or never; no_brake; mute; drop_out; reset"
 )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Simulate drives until it is ended.
+    """Simulate drives until a signal comes.
 
     Args:
         arguments: of the command; None for those of the process.
 
     Returns:
-        Exit code: 0, or 2 if the arguments are wrong.
+        Exit code: 0; wrong arguments end the process with 2.
     """
     parser = make_parser()
     options = parser.parse_args(arguments)
-    if len(options.nodes) != len(options.heights):
-        parser.error("there must be a height for each node")
+    drives = _drives(options)
     try:
-        drives = _drives(options)
         for line in options.fault:
             make_wrong(drives, line)
-    except ValueError as error:
+        _serve(drives, options.link)
+    except (ValueError, OSError) as error:
         parser.error(str(error))
-    return _serve(drives, options.link)
-
-
-def _serve(drives: Mapping[int, SimulatedDrive], links: Sequence[Path]) -> int:
-    from tri_glide_kinematics.drives import Terminals
-
-    terminals = Terminals(max(len(links), 1))
-    ended: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, _: ended.append(number))
-    inputs = [0]
-
-    def look() -> bool:
-        """Tell what has happened, do what is typed, and say whether to go on."""
-        for node, drive in drives.items():
-            while drive.history:
-                time, text = drive.history.popleft()
-                print(f"{time:.3f} drive {node}: {text}", flush=True)
-        if inputs and select.select(inputs, [], [], 0.0)[0]:
-            typed = os.read(0, 4096).decode(errors="replace")
-            if not typed:
-                inputs.clear()
-            for line in typed.splitlines():
-                try:
-                    make_wrong(drives, line)
-                except ValueError as error:
-                    print(error, flush=True)
-        return not ended
-
-    try:
-        for link, path in zip(links, terminals.paths):
-            link.unlink(missing_ok=True)
-            link.symlink_to(path)
-        print("drives at", *(links or terminals.paths), flush=True)
-        terminals.serve(list(drives.values()), look)
-    except OSError as error:
-        print(f"simulated_drives: error: {error}", file=sys.stderr)
-        return 2
-    finally:
-        for link in links:
-            link.unlink(missing_ok=True)
-        terminals.close()
     return 0
 
 
@@ -108,93 +62,102 @@ def make_wrong(drives: Mapping[int, SimulatedDrive], line: str) -> None:
     from tri_glide_kinematics.drives import Switch
 
     try:
-        node, word, value = [*line.split(), ""][:3]
+        node, *words = line.split()
         drive = drives[int(node)]
-        if word in NUMBERS:
-            setattr(drive.faults, word, float(value) if word == "answer_delay" else int(value, 0))
-        elif word in ENTRIES:
-            index, _, subindex = value.partition(":")
-            getattr(drive.faults, word).add((int(index, 16), int(subindex or "0", 16)))
-        elif word == "switch":
-            drive.axis.slider.switch = Switch(value)
-        elif word == "fault":
-            drive.axis.fail(int(value, 0))
-        elif word == "mute":
-            drive.faults.is_mute = True
-        else:
-            {"drop_out": drive.axis.drop_out, "reset": drive.reboot}[word]()
+        faults, axis = drive.faults, drive.axis
+        match words:
+            case ["abort_at" | "lost_statuses" | "vendor_bits" as name, number]:
+                setattr(faults, name, int(number, 0))
+            case ["answer_delay", number]:
+                faults.answer_delay = float(number)
+            case ["absent" | "read_only" as name, entry]:
+                index, _, subindex = entry.partition(":")
+                getattr(faults, name).add((int(index, 16), int(subindex or "0", 16)))
+            case ["fault", code]:
+                axis.fail(int(code, 0))
+            case ["switch", how]:
+                axis.slider.switch = Switch(how)
+            case ["no_brake"]:
+                axis.slider.has_brake = False
+            case ["mute"]:
+                faults.is_mute = True
+            case _:
+                {"drop_out": axis.drop_out, "reset": drive.reboot}[" ".join(words)]()
     except (ValueError, KeyError):
         text = f"{line!r} must be the node of a drive and one of: {FAULTS}"
         raise ValueError(text) from None
 
 
-def _drives(options: argparse.Namespace) -> dict[int, SimulatedDrive]:
-    """Return the drives by their nodes.
+def _serve(drives: Mapping[int, SimulatedDrive], links: Sequence[Path]) -> None:
+    """Serve the drives until a signal comes; tell what happens, and do what is typed."""
+    from tri_glide_kinematics.drives import Terminals
 
-    Raises:
-        ValueError: if two have the same.
-    """
+    terminals = Terminals(max(len(links), 1))
+    ended: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _: ended.append(number))
+    inputs = [sys.stdin.fileno()]
+
+    def look() -> bool:
+        for node, drive in drives.items():
+            while drive.history:
+                at, text = drive.history.popleft()
+                print(f"{at:.3f} drive {node}: {text}", flush=True)
+        for file in select.select(inputs, [], [], 0.0)[0]:
+            typed = os.read(file, 4096).decode(errors="replace")
+            if not typed:
+                inputs.clear()
+            for line in typed.splitlines():
+                try:
+                    make_wrong(drives, line)
+                except ValueError as error:
+                    print(error, flush=True)
+        return not ended
+
+    try:
+        for link, path in zip(links, terminals.paths):
+            link.unlink(missing_ok=True)
+            link.symlink_to(path)
+        print("drives at", *(links or terminals.paths), flush=True)
+        terminals.serve(list(drives.values()), look)
+    finally:
+        for link in links:
+            link.unlink(missing_ok=True)
+        terminals.close()
+
+
+def _drives(options: argparse.Namespace) -> dict[int, SimulatedDrive]:
+    """Return the drives by their nodes."""
     from tri_glide_kinematics.drives import SimulatedDrive, Slider
 
-    counts = options.direction * options.counts_per_metre
-    lower, upper = sorted(counts * end for end in (options.bottom - ZONE, options.top + ZONE))
-    now = time.monotonic()
-    return {
-        node: SimulatedDrive(
-            node,
-            Slider(
-                lower=lower,
-                upper=upper,
-                switch_zone=abs(counts) * ZONE,
-                strength=abs(counts) * STRENGTH,
-                gravity=-counts * GRAVITY,
-                has_brake=not options.no_brake,
-                noise=options.noise,
-            ),
-            counts * height,
-            now,
-        )
-        for node, height in zip(options.nodes, options.heights)
-    }
+    counts, now, drives = options.counts_per_metre, time.monotonic(), {}
+    lower, upper = sorted(counts * end for end in (SWITCHES[0] - ZONE, SWITCHES[1] + ZONE))
+    for node, height in enumerate(options.heights, 1):
+        slider = Slider(lower, upper, ZONE * abs(counts), STRENGTH * abs(counts))
+        slider.gravity, slider.noise = -GRAVITY * counts, options.noise
+        drives[node] = SimulatedDrive(node, slider, counts * height, now)
+    return drives
 
 
 def make_parser() -> argparse.ArgumentParser:
     """Return what reads the command line; its name is that of the program."""
     parser = argparse.ArgumentParser(
-        description="Simulate servo drives by CiA 402 on CANopen, behind a pseudo-terminal that "
-        "speaks slcan as an adapter for CAN does. It needs no ROS.",
+        description="Simulate servo drives by CiA 402 on CANopen, with the nodes 1, 2, 3, behind a "
+        "pseudo-terminal that speaks slcan as an adapter for CAN does. The switches for homing "
+        f"begin at {SWITCHES[0]} and {SWITCHES[1]} m. It needs no ROS.",
         epilog="Lines that are typed while it runs make something wrong with a drive, as --fault "
         f"does, for example: 2 fault 0x7500. What there is: {FAULTS}",
     )
-    parser.add_argument(
-        "--link",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="PATH",
-        help="make this symbolic link to the terminal; each one more is another adapter on the bus",
-    )
-    parser.add_argument("--nodes", type=int, nargs="+", default=[1, 2, 3], metavar="N")
-    parser.add_argument(
-        "--heights",
-        type=float,
-        nargs="+",
-        default=[0.6, 0.6, 0.6],
-        metavar="M",
-        help="of the sliders at the start [m]",
-    )
-    for end, height in (("top", 0.92), ("bottom", 0.28)):
-        text = f"where the switches at the {end} begin [m] (default: {height})"
-        parser.add_argument(f"--{end}", type=float, default=height, metavar="M", help=text)
-    parser.add_argument("--counts-per-metre", type=float, default=1e6, metavar="N")
-    parser.add_argument("--direction", type=int, choices=(1, -1), default=1)
-    parser.add_argument(
-        "--noise", type=float, default=0.0, metavar="N", help="of encoders, in counts"
-    )
-    parser.add_argument("--no-brake", action="store_true", help="sliders fall without torque")
-    parser.add_argument(
-        "--fault", action="append", default=[], metavar="LINE", help="as it can be typed, see below"
-    )
+    add = parser.add_argument
+    link = "make this symbolic link to the terminal; one more is another adapter"
+    add("--link", type=Path, action="append", default=[], metavar="PATH", help=link)
+    fault = "as it can be typed, see below"
+    add("--fault", action="append", default=[], metavar="LINE", help=fault)
+    counts = "negative where the drives count downwards (default: 1e6)"
+    add("--counts-per-metre", type=float, default=1e6, metavar="N", help=counts)
+    add("--noise", type=float, default=0.0, metavar="N", help="of the encoders, in counts")
+    heights = "of the sliders at the start [m] (default: 0.6 0.6 0.6)"
+    add("--heights", type=float, nargs=3, default=[0.6] * 3, metavar="M", help=heights)
     return parser
 
 

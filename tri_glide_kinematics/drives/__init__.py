@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.cia402 import state_of as state_of
     from tri_glide_kinematics.drives.dictionary import AbortError as AbortError
     from tri_glide_kinematics.drives.dictionary import described as described
+    from tri_glide_kinematics.drives.frames import CobId as CobId
+    from tri_glide_kinematics.drives.frames import Frame as Frame
+    from tri_glide_kinematics.drives.frames import cycle_frames as cycle_frames
+    from tri_glide_kinematics.drives.frames import event_of as event_of
     from tri_glide_kinematics.drives.group import DriveGroup as DriveGroup
     from tri_glide_kinematics.drives.group import GroupState as GroupState
     from tri_glide_kinematics.drives.group_settings import DriveSettings as DriveSettings
@@ -34,7 +38,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.simulated_axis import Slider as Slider
     from tri_glide_kinematics.drives.simulated_axis import State as State
     from tri_glide_kinematics.drives.simulated_axis import Switch as Switch
-    from tri_glide_kinematics.drives.simulated_bus import SimulatedBus as SimulatedBus
     from tri_glide_kinematics.drives.slcan import Terminals as Terminals
     from tri_glide_kinematics.drives.units import DriveUnits as DriveUnits
 

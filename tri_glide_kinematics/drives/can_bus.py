@@ -26,15 +26,7 @@ from tri_glide_kinematics.drives.bus import (
     Foreign,
     PendingTransfer,
 )
-from tri_glide_kinematics.drives.frames import (
-    ANSWER,
-    HEARTBEAT,
-    NMT,
-    REQUEST,
-    Frame,
-    cycle_frames,
-    event_of,
-)
+from tri_glide_kinematics.drives.frames import CobId, Frame, cycle_frames, event_of
 from tri_glide_kinematics.drives.slcan import LineReader, encoded
 
 MISSING = (
@@ -45,14 +37,10 @@ MISSING = (
 # How long an answer of a drive is waited for, and after what time a lost bus is tried again [s].
 PATIENCE = 1.0
 RETRY = 1.0
-# Frames that are read in one call.
-MOST_READ = 1000
 # What opens a serial adapter is five commands, which it may refuse where it is open already.
 MOST_REFUSALS = 5
 # In an error frame of python-can: the controller is off the bus.
 BUS_OFF = 0x40
-
-
 # First byte of an SDO that ends a transfer.
 ABORT = 0x80
 
@@ -74,7 +62,7 @@ class _Adapter:
 
     def read(self) -> list[Frame]:
         found: list[Frame] = []
-        while len(found) < MOST_READ and (message := self._bus.recv(0)) is not None:
+        while (message := self._bus.recv(0)) is not None:
             if message.is_error_frame and message.arbitration_id & BUS_OFF:
                 raise OSError("the controller is off the bus")
             if not (message.is_error_frame or message.is_extended_id or message.is_remote_frame):
@@ -119,7 +107,7 @@ class _SerialAdapter(_Adapter):
 
 
 class CanBus:
-    """Drives on a CAN bus; it implements ``Bus``."""
+    """Drives on a CAN bus; it implements ``Bus``. Its times are those of ``time.monotonic``."""
 
     def __init__(
         self,
@@ -128,7 +116,6 @@ class CanBus:
         bitrate: int,
         nodes: Sequence[int],
         own: int = 127,
-        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Open the bus.
 
@@ -138,7 +125,6 @@ class CanBus:
             bitrate: of the bus [bit/s].
             nodes: of the drives.
             own: node of this computer.
-            clock: that the times of what is received come from.
 
         Raises:
             BusError: if it cannot be opened, or what is needed for it is not installed.
@@ -153,14 +139,9 @@ class CanBus:
             logging.getLogger(name).setLevel(logging.CRITICAL)
         self._errors = (can.CanError, OSError)
         self._abort = canopen.SdoAbortedError
-        self._options: dict[str, Any] = {
-            "interface": interface,
-            "channel": channel,
-            "bitrate": bitrate,
-        }
+        self._interface, self._channel, self._bitrate = interface, channel, bitrate
         self._nodes = nodes
         self._own = own
-        self._clock = clock
         self._adapter: _Adapter | None = None
         self._tried_at = -inf
         # Why the bus was lost, and how often.
@@ -194,11 +175,11 @@ class CanBus:
 
     def send_state(self, node: int, command: int) -> None:
         """Send a command of NMT."""
-        self._send([(NMT, bytes([command, node]))])
+        self._send([(CobId.NMT, bytes([command, node]))])
 
     def send_heartbeat(self, state: int) -> None:
         """Send the heartbeat of this computer."""
-        self._send([(HEARTBEAT + self._own, bytes([state]))])
+        self._send([(CobId.HEARTBEAT + self._own, bytes([state]))])
 
     def send_cycle(self, commands: Sequence[Command]) -> None:
         """Send all commands and SYNC."""
@@ -207,10 +188,10 @@ class CanBus:
     def received(self) -> list[Event]:
         """Return what has come in."""
         frames = self._tried(lambda adapter: adapter.read())
-        now = self._clock()
+        now = time.monotonic()
         events: list[Event] = []
         for frame in frames:
-            node = frame[0] - ANSWER
+            node = frame[0] - CobId.ANSWER
             if node not in self._nodes:
                 event = event_of(frame, now, self._nodes, self._own)
                 events += [event] if event is not None else []
@@ -257,7 +238,7 @@ class CanBus:
         while self._requests:
             cob_id, data = self._requests.popleft()
             if data[0] != ABORT:
-                self._asked.add(cob_id - REQUEST)
+                self._asked.add(cob_id - CobId.REQUEST)
             frames.append((cob_id, data))
         if frames:
             self._tried(lambda adapter: adapter.send(frames))
@@ -268,7 +249,7 @@ class CanBus:
         try:
             return action(adapter)
         except self._errors as error:
-            self._drop(f"{self._options['channel']}: {error}")
+            self._drop(f"{self._channel}: {error}")
             raise BusError(self._lost) from error
 
     def _drop(self, reason: str) -> None:
@@ -284,22 +265,23 @@ class CanBus:
         """Open the bus, if the last time that this was tried is long ago."""
         import can
 
-        if self._clock() < self._tried_at + RETRY:
+        if time.monotonic() < self._tried_at + RETRY:
             raise BusError(self._lost)
         options: dict[str, Any] = {}
-        if self._options["interface"] == "slcan":
+        if self._interface == "slcan":
             options["timeout"] = 0
             # An adapter may start anew when it is opened; a pseudo-terminal does not.
-            is_pseudo = Path(self._options["channel"]).resolve().is_relative_to("/dev/pts")
+            is_pseudo = Path(self._channel).resolve().is_relative_to("/dev/pts")
             if is_pseudo or self._tried_at > -inf:
                 options["sleep_after_open"] = 0
-        self._tried_at = self._clock()
+        self._tried_at = time.monotonic()
         try:
-            bus = can.Bus(**self._options, **options, ignore_config=True)
+            options |= {"bitrate": self._bitrate, "ignore_config": True}
+            bus = can.Bus(self._channel, self._interface, **options)
         except Exception as error:
-            self._lost = f"{self._options['channel']} cannot be opened: {error}"
+            self._lost = f"{self._channel} cannot be opened: {error}"
             raise BusError(self._lost) from error
         self._requests.clear()
         self._asked.clear()
-        self._adapter = _SerialAdapter(bus) if options else _Adapter(bus)
+        self._adapter = _SerialAdapter(bus) if self._interface == "slcan" else _Adapter(bus)
         return self._adapter

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from configparser import ConfigParser
+from enum import IntEnum
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -14,20 +15,27 @@ from tri_glide_kinematics.files import find_file
 
 EDS = "simulated_drive.eds"
 
-ABSENT, NO_SUBINDEX = 0x06020000, 0x06090011
-READ_ONLY = 0x06010002
-TOO_LONG, TOO_SHORT = 0x06070012, 0x06070013
-NOT_ALLOWED, TOO_HIGH, TOO_LOW = 0x06090030, 0x06090031, 0x06090032
-NOT_MAPPABLE, TOO_MUCH_MAPPED = 0x06040041, 0x06040042
-GENERAL, NOT_NOW, UNKNOWN_COMMAND = 0x08000000, 0x08000022, 0x05040001
-
 Address = tuple[int, int]
 
 # Values that a limit does not tell from others: of modes and of methods of homing.
-CHOICES: dict[Address, tuple[int, ...]] = {
-    (0x6060, 0): (0, 6, 8),
-    (0x6098, 0): (0, 17, 18, 35, 37),
-}
+CHOICES = {(0x6060, 0): (0, 6, 8), (0x6098, 0): (0, 17, 18, 35, 37)}
+
+
+class Abort(IntEnum):
+    """Codes by which a transfer is refused (CiA 301)."""
+
+    UNKNOWN_COMMAND = 0x05040001
+    READ_ONLY = 0x06010002
+    ABSENT = 0x06020000
+    NOT_MAPPABLE = 0x06040041
+    TOO_MUCH_MAPPED = 0x06040042
+    WRONG_LENGTH = 0x06070010
+    NO_SUBINDEX = 0x06090011
+    NOT_ALLOWED = 0x06090030
+    TOO_HIGH = 0x06090031
+    TOO_LOW = 0x06090032
+    GENERAL = 0x08000000
+    NOT_NOW = 0x08000022
 
 
 class AbortError(KinematicsError):
@@ -60,7 +68,7 @@ class Described(NamedTuple):
             AbortError: if they have another length than the entry.
         """
         if len(data) != self.entry.size:
-            raise AbortError(TOO_LONG if len(data) > self.entry.size else TOO_SHORT)
+            raise AbortError(Abort.WRONG_LENGTH)
         return int.from_bytes(data, "little", signed=self.entry.is_signed)
 
     def data(self, number: int) -> bytes:
@@ -74,11 +82,11 @@ class Described(NamedTuple):
             AbortError: if it is not writable, or the ``number`` not allowed.
         """
         if not self.is_writable:
-            raise AbortError(READ_ONLY)
+            raise AbortError(Abort.READ_ONLY)
         if not self.low <= number <= self.high:
-            raise AbortError(TOO_LOW if number < self.low else TOO_HIGH)
+            raise AbortError(Abort.TOO_LOW if number < self.low else Abort.TOO_HIGH)
         if number not in CHOICES.get((self.entry.index, self.entry.subindex), (number,)):
-            raise AbortError(NOT_ALLOWED)
+            raise AbortError(Abort.NOT_ALLOWED)
 
 
 @cache
@@ -98,12 +106,11 @@ def described(node: int) -> dict[Address, Described]:
         entry = Entry(int(place[1], 16), int(place[2] or "0", 16), size, is_signed)
         _, _, default = values["DefaultValue"].rpartition("$NODEID+")
         lowest = -(1 << 8 * size - 1) if is_signed else 0
+        number = int(default, 0) + (node if "$NODEID" in values["DefaultValue"] else 0)
+        low = int(values.get("LowLimit", str(lowest)), 0)
+        high = int(values.get("HighLimit", str(lowest + (1 << 8 * size) - 1)), 0)
+        is_writable, is_mappable = "w" in values["AccessType"], values["PDOMapping"] == "1"
         found[entry.index, entry.subindex] = Described(
-            entry,
-            values["AccessType"].startswith("rw"),
-            values["PDOMapping"] == "1",
-            int(default, 0) + (node if "$NODEID" in values["DefaultValue"] else 0),
-            int(values.get("LowLimit", str(lowest)), 0),
-            int(values.get("HighLimit", str(lowest + (1 << 8 * size) - 1)), 0),
+            entry, is_writable, is_mappable, number, low, high
         )
     return found

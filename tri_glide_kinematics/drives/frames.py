@@ -4,33 +4,38 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Collection, Sequence
+from enum import IntEnum
 
-from tri_glide_kinematics.drives.bus import (
-    Command,
-    Emergency,
-    Event,
-    Foreign,
-    Heartbeat,
-    Status,
-)
+from tri_glide_kinematics.drives import bus
 
 Frame = tuple[int, bytes]
 
-NMT, SYNC, EMERGENCY, STATUS = 0x000, 0x080, 0x080, 0x180
-TARGET, VELOCITY, ANSWER, REQUEST, HEARTBEAT = 0x200, 0x300, 0x580, 0x600, 0x700
+
+class CobId(IntEnum):
+    """Identifiers of frames; but for the first two, the node of the drive is added."""
+
+    NMT = 0x000
+    SYNC = 0x080
+    EMERGENCY = 0x080
+    STATUS = 0x180
+    TARGET = 0x200
+    VELOCITY = 0x300
+    ANSWER = 0x580
+    REQUEST = 0x600
+    HEARTBEAT = 0x700
 
 
-def cycle_frames(commands: Sequence[Command]) -> list[Frame]:
+def cycle_frames(commands: Sequence[bus.Command]) -> list[Frame]:
     """Return the frames of all ``commands``, and behind them SYNC."""
-    frames = []
+    frames: list[Frame] = []
     for node, word, position, velocity in commands:
-        frames.append((TARGET + node, struct.pack("<Hi", word, position)))
+        frames.append((0x200 + node, struct.pack("<Hi", word, position)))
         if velocity is not None:
-            frames.append((VELOCITY + node, struct.pack("<i", velocity)))
-    return [*frames, (SYNC, b"")]
+            frames.append((0x300 + node, struct.pack("<i", velocity)))
+    return [*frames, (0x080, b"")]
 
 
-def event_of(frame: Frame, now: float, nodes: Collection[int], own: int) -> Event | None:
+def event_of(frame: Frame, now: float, nodes: Collection[int], own: int) -> bus.Event | None:
     """Return what a frame tells that came in at ``now`` [s].
 
     Args:
@@ -44,16 +49,15 @@ def event_of(frame: Frame, now: float, nodes: Collection[int], own: int) -> Even
     """
     cob_id, data = frame
     kind, node = cob_id & 0x780, cob_id & 0x7F
-    is_ours = kind in (TARGET, VELOCITY, REQUEST) and node in nodes
-    if cob_id in (NMT, SYNC, HEARTBEAT + own) or is_ours:
-        return Foreign(now, cob_id)
+    if cob_id in (CobId.NMT, CobId.SYNC, CobId.HEARTBEAT + own):
+        return bus.Foreign(now, cob_id)
     if node in nodes:
-        if kind == STATUS and len(data) >= 6:
-            word, position = struct.unpack_from("<Hi", data)
-            return Status(node, now, word, position)
-        if kind == EMERGENCY and len(data) >= 3:
-            code, register = struct.unpack_from("<HB", data)
-            return Emergency(node, now, code, register)
-        if kind == HEARTBEAT and len(data) == 1:
-            return Heartbeat(node, now, data[0] & 0x7F)
+        if kind == CobId.STATUS and len(data) >= 6:
+            return bus.Status(node, now, *struct.unpack_from("<Hi", data))
+        if kind == CobId.EMERGENCY and len(data) >= 3:
+            return bus.Emergency(node, now, *struct.unpack_from("<HB", data))
+        if kind == CobId.HEARTBEAT and len(data) == 1:
+            return bus.Heartbeat(node, now, data[0] & 0x7F)
+        if kind in (CobId.TARGET, CobId.VELOCITY, CobId.REQUEST):
+            return bus.Foreign(now, cob_id)
     return None

@@ -11,33 +11,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import ceil, inf
 
-from tri_glide_kinematics.drives.dictionary import (
-    ABSENT,
-    GENERAL,
-    NO_SUBINDEX,
-    NOT_MAPPABLE,
-    NOT_NOW,
-    READ_ONLY,
-    TOO_MUCH_MAPPED,
-    UNKNOWN_COMMAND,
-    AbortError,
-    Address,
-    described,
-)
-from tri_glide_kinematics.drives.frames import (
-    ANSWER,
-    EMERGENCY,
-    HEARTBEAT,
-    NMT,
-    REQUEST,
-    Frame,
-)
+from tri_glide_kinematics.drives.dictionary import Abort, AbortError, Address, described
+from tri_glide_kinematics.drives.frames import CobId, Frame
 from tri_glide_kinematics.drives.simulated_axis import HEARTBEAT_LOST, SimulatedAxis, Slider
 
 # A step of the simulation is no longer than this [s].
 LONGEST_STEP = 0.001
 # From power or a reset to the boot-up message [s].
 BOOT_TIME = 0.05
+
+# An RPDO that is shorter than what is mapped.
+TOO_SHORT = 0x8210
 
 BOOTING, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0, 4, 5, 127
 
@@ -114,6 +98,12 @@ class SimulatedDrive:
         # Data of RPDOs that wait for SYNC, by the object of their parameters.
         self._waiting: dict[int, bytes] = {}
         self._syncs = 0
+        self._told = self.axis.state
+
+    @property
+    def answers(self) -> bool:
+        """Whether it answers to an SDO."""
+        return self.network_state not in (BOOTING, STOPPED)
 
     def reboot(self) -> None:
         """Lose all settings, and where the slider is."""
@@ -128,12 +118,11 @@ class SimulatedDrive:
         """
         count = max(ceil((now - self._now) / LONGEST_STEP - 1e-6), 1)
         dt = (now - self._now) / count
-        for _ in range(count if dt > 0.0 else 0):
-            self._now += dt
-            state = self.axis.state
+        for left in reversed(range(count if dt > 0.0 else 0)):
+            self._now = now - left * dt
             self.axis.step(dt)
             self._live()
-            self._tell(state)
+            self._tell()
         due = [frame for time, frame in self._out if time <= now]
         self._out = [each for each in self._out if each[0] > now]
         return due
@@ -143,13 +132,12 @@ class SimulatedDrive:
         cob_id, data = frame
         if self.network_state == BOOTING:
             return
-        state = self.axis.state
         consumed = self.objects[0x1016, 1]
-        if cob_id == NMT and len(data) == 2 and data[1] in (0, self.node):
+        if cob_id == CobId.NMT and len(data) == 2 and data[1] in (0, self.node):
             self._change_network_state(data[0])
-        elif cob_id == REQUEST + self.node and len(data) == 8 and self.network_state != STOPPED:
-            self._serve(data)
-        elif consumed & 0xFFFF and cob_id == HEARTBEAT + (consumed >> 16 & 0x7F):
+        elif cob_id == CobId.REQUEST + self.node and self.answers:
+            self._serve(data.ljust(8, b"\0"))
+        elif consumed & 0xFFFF and cob_id == CobId.HEARTBEAT + (consumed >> 16 & 0x7F):
             if self._missed_at == inf and self.objects[0x603F, 0] == HEARTBEAT_LOST:
                 self.axis.errors.append(0)
             self._missed_at = self._now + 0.001 * (consumed & 0xFFFF)
@@ -162,7 +150,7 @@ class SimulatedDrive:
                     self._waiting[pdo] = data
                     if self.objects[pdo, 2] > 240:
                         self._take(pdo)
-        self._tell(state)
+        self._tell()
 
     def read(self, index: int, subindex: int) -> bytes:
         """Return an entry, as an SDO does.
@@ -183,9 +171,9 @@ class SimulatedDrive:
         address = self._there(index, subindex)
         self._writes += 1
         if self._writes == self.faults.abort_at:
-            raise AbortError(GENERAL)
+            raise AbortError(Abort.GENERAL)
         if address in self.faults.read_only:
-            raise AbortError(READ_ONLY)
+            raise AbortError(Abort.READ_ONLY)
         entry = self._described[address]
         number = entry.number(data)
         entry.check(number)
@@ -205,34 +193,28 @@ class SimulatedDrive:
         if address in self._described and address not in self.faults.absent:
             return address
         known = any(each[0] == index for each in self._described if each not in self.faults.absent)
-        raise AbortError(NO_SUBINDEX if known else ABSENT)
+        raise AbortError(Abort.NO_SUBINDEX if known else Abort.ABSENT)
 
     def _check_mapping(self, index: int, subindex: int, number: int) -> None:
         """Check a write to the parameters of a PDO: it has to be switched off for most of them."""
         if self.network_state != PRE_OPERATIONAL:
-            raise AbortError(NOT_NOW)
+            raise AbortError(Abort.NOT_NOW)
         if not index & MAPPING:
             return
-        if not self.objects[index - MAPPING, 1] & INVALID:
-            raise AbortError(NOT_NOW)
+        objects, entry = self.objects, self._described.get((number >> 16, number >> 8 & 0xFF))
+        if not objects[index - MAPPING, 1] & INVALID or (subindex and objects[index, 0]):
+            raise AbortError(Abort.NOT_NOW)
         if subindex == 0:
-            mapped = [self.objects[index, each + 1] for each in range(number)]
-            if not all(mapped):
-                raise AbortError(NOT_MAPPABLE)
-            if sum(each & 0xFF for each in mapped) > 64:
-                raise AbortError(TOO_MUCH_MAPPED)
-            return
-        if self.objects[index, 0]:
-            raise AbortError(NOT_NOW)
-        entry = self._described.get((number >> 16, number >> 8 & 0xFF))
-        is_sent = index >= TPDO
-        if number and not (
-            entry is not None
-            and entry.is_mappable
-            and 8 * entry.entry.size == number & 0xFF
-            and (is_sent or entry.is_writable)
+            mapped = [objects[index, each + 1] for each in range(number)]
+            if not all(mapped) or sum(each & 0xFF for each in mapped) > 64:
+                raise AbortError(Abort.TOO_MUCH_MAPPED)
+        elif number and (
+            entry is None
+            or not entry.is_mappable
+            or 8 * entry.entry.size != number & 0xFF
+            or not (entry.is_writable or index >= TPDO)
         ):
-            raise AbortError(NOT_MAPPABLE)
+            raise AbortError(Abort.NOT_MAPPABLE)
 
     def _set(self, address: Address, number: int) -> None:
         self.objects[address] = number
@@ -246,19 +228,19 @@ class SimulatedDrive:
 
     def _take(self, pdo: int) -> None:
         """Carry out an RPDO."""
-        data = self._waiting.pop(pdo)
-        values, at = [], 0
-        for address in self._mapped(pdo):
-            entry = self._described[address]
-            part = data[at : at + entry.entry.size]
-            if len(part) < entry.entry.size:
-                self.axis.errors.append(0x8210)
-                return
-            values.append((address, entry.number(part)))
-            at += entry.entry.size
+        data, at = self._waiting.pop(pdo), 0
         # The control word last: what it enables finds the target that came with it.
-        for address, number in sorted(values, reverse=True):
-            self._set(address, number)
+        values = []
+        for address in self._mapped(pdo):
+            entry = self._described[address].entry
+            part = data[at : at + entry.size]
+            values.append((address, int.from_bytes(part, "little", signed=entry.is_signed)))
+            at += entry.size
+        if len(data) < at:
+            self.axis.errors.append(TOO_SHORT)
+        else:
+            for address, number in sorted(values, reverse=True):
+                self._set(address, number)
 
     def _synchronize(self) -> None:
         """Carry out what came before this SYNC, and answer it."""
@@ -300,10 +282,10 @@ class SimulatedDrive:
             elif kind == 4:
                 return
             else:
-                raise AbortError(UNKNOWN_COMMAND)
+                raise AbortError(Abort.UNKNOWN_COMMAND)
         except AbortError as error:
             answer = b"\x80" + address + error.code.to_bytes(4, "little")
-        self._send(ANSWER + self.node, answer, self.faults.answer_delay)
+        self._send(CobId.ANSWER + self.node, answer, self.faults.answer_delay)
 
     def _change_network_state(self, command: int) -> None:
         state = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL}.get(command)
@@ -319,12 +301,12 @@ class SimulatedDrive:
         if self.network_state == BOOTING:
             if self._now >= self._boots_at:
                 self.network_state = PRE_OPERATIONAL
-                self._send(HEARTBEAT + self.node, b"\0")
+                self._send(CobId.HEARTBEAT + self.node, b"\0")
             return
         if self._now >= self._beats_at:
             self._beats_at += 0.001 * self.objects[0x1017, 0]
             if not self.faults.is_mute:
-                self._send(HEARTBEAT + self.node, bytes([self.network_state]))
+                self._send(CobId.HEARTBEAT + self.node, bytes([self.network_state]))
         if self._now >= self._missed_at:
             self._missed_at = inf
             self.history.append((self._now, "heartbeat lost"))
@@ -335,14 +317,15 @@ class SimulatedDrive:
                 stops = self.objects[0x1029, 1] == 2
                 self.network_state = STOPPED if stops else PRE_OPERATIONAL
 
-    def _tell(self, before: int) -> None:
+    def _tell(self) -> None:
         """Tell errors and a new state."""
         for code in self.axis.errors:
             data = code.to_bytes(2, "little") + bytes([self.objects[0x1001, 0]]) + bytes(5)
-            self._send(EMERGENCY + self.node, data)
+            self._send(CobId.EMERGENCY + self.node, data)
             self.history.append((self._now, f"EMCY 0x{code:04X}"))
         self.axis.errors.clear()
-        if self.axis.state != before:
+        if self.axis.state != self._told:
+            self._told = self.axis.state
             self.history.append((self._now, self.axis.state.name.replace("_", " ")))
             if self.objects[TPDO, 2] > 240 and self.network_state == OPERATIONAL:
                 self._send_status()

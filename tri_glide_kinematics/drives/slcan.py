@@ -7,9 +7,10 @@ import select
 import time
 import tty
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Protocol
 
-from tri_glide_kinematics.drives.frames import SYNC, Frame
+from tri_glide_kinematics.drives.frames import CobId, Frame
 
 # Longest time between two looks at the drives behind a terminal [s].
 LONGEST_WAIT = 0.005
@@ -40,19 +41,17 @@ class LineReader:
 
     def frames(self, data: bytes) -> list[Frame]:
         """Return the frames whose lines are complete with these ``data``; others are left out."""
-        *lines, self._rest = (self._rest + data).split(b"\r")
+        # A refusal is the end of a line, too.
+        text = self._rest + data.replace(REFUSED, REFUSED + b"\r")
+        *lines, self._rest = text.split(b"\r")
+        self.refusals += data.count(REFUSED)
         found = []
         for line in lines:
-            self.refusals += line.count(REFUSED)
-            line = line.rpartition(REFUSED)[2].lstrip(b"zZ")
-            if line[:1] == b"t":
-                try:
-                    length = int(line[4:5])
-                    found.append((int(line[1:4], 16), bytes.fromhex(line[5:].decode())[:length]))
-                except ValueError:
-                    continue
-        self.refusals += self._rest.count(REFUSED)
-        self._rest = self._rest.rpartition(REFUSED)[2]
+            # What has been sent may be answered by a letter.
+            line = line.lstrip(b"zZ")
+            with suppress(ValueError):
+                if line[:1] == b"t" and len(line) == 5 + 2 * int(line[4:5]):
+                    found.append((int(line[1:4], 16), bytes.fromhex(line[5:].decode())))
         return found
 
 
@@ -97,9 +96,9 @@ class Terminals:
             ready, _, _ = select.select(list(self._readers), [], [], LONGEST_WAIT)
             # What came while others had this computer did not come all at once.
             came = [(ours, frame) for ours in ready for frame in self._read(ours)]
-            now, left = time.monotonic(), sum(frame[0] == SYNC for _, frame in came)
+            now, left = time.monotonic(), sum(frame[0] == CobId.SYNC for _, frame in came)
             for ours, frame in came:
-                if frame[0] == SYNC:
+                if frame[0] == CobId.SYNC:
                     last += (now - last) / left
                     left -= 1
                     self._advance(members, last)
@@ -128,8 +127,6 @@ class Terminals:
         for ours, unread in self._unread.items():
             if ours != but and len(unread) < MOST_UNREAD:
                 unread += encoded(frames)
-            try:
+            with suppress(BlockingIOError):
                 unread = unread[os.write(ours, unread) :] if unread else unread
-            except BlockingIOError:
-                pass
             self._unread[ours] = unread

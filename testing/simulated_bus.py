@@ -5,10 +5,19 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 
-from tri_glide_kinematics.drives.bus import BusError, Command, Entry, Event, PendingTransfer
-from tri_glide_kinematics.drives.dictionary import AbortError
-from tri_glide_kinematics.drives.frames import HEARTBEAT, NMT, Frame, cycle_frames, event_of
-from tri_glide_kinematics.drives.simulated import BOOTING, STOPPED, SimulatedDrive
+from tri_glide_kinematics.drives import (
+    AbortError,
+    BusError,
+    CobId,
+    Command,
+    Entry,
+    Event,
+    Frame,
+    PendingTransfer,
+    SimulatedDrive,
+    cycle_frames,
+    event_of,
+)
 
 # How long an answer of a drive is waited for [s].
 PATIENCE = 1.0
@@ -65,11 +74,11 @@ class SimulatedBus:
 
     def send_state(self, node: int, command: int) -> None:
         """Send a command of NMT."""
-        self._send((NMT, bytes([command, node])))
+        self._send((CobId.NMT, bytes([command, node])))
 
     def send_heartbeat(self, state: int) -> None:
         """Send the heartbeat of the computer."""
-        self._send((HEARTBEAT + self._own, bytes([state])))
+        self._send((CobId.HEARTBEAT + self._own, bytes([state])))
 
     def send_cycle(self, commands: Sequence[Command]) -> None:
         """Send all commands and SYNC."""
@@ -112,7 +121,7 @@ class SimulatedBus:
         transfer, writes = waiting[0]
         entry = transfer.entry
         time = self.now - self._begun[drive.node]
-        is_silent = self.is_off or drive.network_state in (BOOTING, STOPPED)
+        is_silent = self.is_off or not drive.answers
         delay = max(self.transfer_time, drive.faults.answer_delay)
         if time < (PATIENCE if is_silent else delay):
             return
