@@ -110,7 +110,7 @@ class DriveGroup:
         self._culprit: Axis | None = None
         self._task: Steps | None = None
         self._homing: Homing | None = None
-        # What drives are told in each cycle: targets and their rates in counts; None: where they are.
+        # What drives are told in each cycle: targets, where None is where they are, and rates.
         self._word: Callable[[Axis], int] = lambda axis: cia402.QUICK_STOP
         self._targets: list[int] | None = None
         self._rates = [0, 0, 0]
@@ -385,6 +385,8 @@ class DriveGroup:
 
     def _setting_up(self) -> Steps:
         self._is_cycling = False
+        for axis in self._axes:
+            axis.forget()
         self.remarks = []
         if self.load > LARGEST_GOOD_LOAD:
             self.remarks.append(f"the bus is in use for {100 * self.load:.0f} % of the time")
@@ -398,7 +400,7 @@ class DriveGroup:
             axis.network_state = None
             axis.send_state(START)
         self._is_cycling = True
-        yield from self._until(lambda axis: axis.is_up, ANSWERING, "OPERATIONAL")
+        yield from self._until(lambda axis: axis.is_up, ANSWERING, "heard to answer SYNC")
         if not self._resets:
             for axis in self._axes:
                 if axis.state in (*FAULTS, DriveState.QUICK_STOP):
