@@ -7,6 +7,8 @@ from dataclasses import replace
 from math import cos, pi, sin
 from typing import Any
 
+from testing.simulated_bus import SimulatedBus
+
 from tri_glide_kinematics.drives import (
     DriveGroup,
     DriveSettings,
@@ -14,7 +16,6 @@ from tri_glide_kinematics.drives import (
     GroupSettings,
     GroupState,
     Setpoint,
-    SimulatedBus,
     SimulatedDrive,
     Slider,
 )

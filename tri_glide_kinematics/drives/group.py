@@ -252,6 +252,8 @@ class DriveGroup:
         self._check("homed", GroupState.OFF, GroupState.HOLDING, GroupState.ON)
         if self._moves:
             raise DriveError("the sliders move: homing begins at rest")
+        for axis in self._axes:
+            axis.is_homed = False
         self._begin(GroupState.HOMING, self._looking_for_switches())
 
     def cancel_home(self, now: float) -> None:
@@ -433,8 +435,6 @@ class DriveGroup:
         self._is_enabled = True
 
     def _looking_for_switches(self) -> Steps:
-        for axis in self._axes:
-            axis.is_homed = False
         yield from self._to_operation(Mode.HOMING)
         self._homing = homing = Homing(self._axes, self._settings, self._now)
         self._tell(cia402.START_HOMING)
