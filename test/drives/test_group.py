@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import pytest
 from group_rig import PERIOD, GroupRig
 from soak import many
 
 from testing.simulated_bus import SimulatedBus
-
 from tri_glide_kinematics.drives import (
     BusError,
     Command,
@@ -19,7 +19,7 @@ from tri_glide_kinematics.drives import (
     SimulatedDrive,
     State,
 )
-from tri_glide_kinematics.errors import OutOfBoundsError
+from tri_glide_kinematics.errors import KinematicsError
 
 WITH_TORQUE = {State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE}
 
@@ -30,7 +30,9 @@ def states(rig: GroupRig) -> list[State]:
 
 def in_motion() -> GroupRig:
     """Return drives that swing at their highest speed, 0.25 m/s."""
-    rig = GroupRig((0.86, 0.86, 0.86), homing_speed=0.2, homing_slow_speed=0.05, homing_acceleration=4.0).homed()
+    rig = GroupRig(
+        (0.86, 0.86, 0.86), homing_speed=0.2, homing_slow_speed=0.05, homing_acceleration=4.0
+    ).homed()
     return rig.swing(1.125)
 
 
@@ -89,9 +91,9 @@ def lose_answers(drive: SimulatedDrive) -> None:
         (warn, ("error code (0x603F) 0x4210", "EMCY 0x4210", "tells an error"), 0.0),
         (leave, ("has left OPERATION ENABLED", "no EMCY"), 0.0),
         # It tells its start when it has booted; before, it is only silent.
-        (lose_power, ("has not answered 5 SYNCs",), 5 * PERIOD),
-        (fall_silent, ("tells no heartbeat for 0.05",), 0.05),
-        (lose_answers, ("has not answered 5 SYNCs",), 5 * PERIOD),
+        (lose_power, ("has not answered SYNC 5 times",), 5 * PERIOD),
+        (fall_silent, ("tells no heartbeat",), 0.05),
+        (lose_answers, ("has not answered SYNC 5 times",), 5 * PERIOD),
     ],
 )
 def test_what_happens_to_one_drive_stops_the_others_within_two_periods(happen, told, noticed):
@@ -129,7 +131,9 @@ def test_some_lost_answers_are_no_fault():
 
 
 def test_vendor_bits_change_nothing():
-    rig = GroupRig((0.86, 0.86, 0.86), homing_speed=0.2, homing_slow_speed=0.05, homing_acceleration=4.0)
+    rig = GroupRig(
+        (0.86, 0.86, 0.86), homing_speed=0.2, homing_slow_speed=0.05, homing_acceleration=4.0
+    )
     for drive in rig.drives:
         drive.axis.vendor_bits = 0xC180
     rig.homed().swing(0.5)
@@ -145,7 +149,7 @@ def test_setpoints_that_cease_end_in_rest_and_late_ones_are_not_carried_out():
         assert not rig.group.put(late, rig.now)
         rig.step()
     rig.run(0.5)
-    assert max(abs(b - a) for a, b in zip(speeds, speeds[1:])) <= 1.6 * 10e6 * PERIOD
+    assert max(abs(b - a) for a, b in pairwise(speeds)) <= 1.6 * 10e6 * PERIOD
     place = rig.true_heights
     assert "no setpoints come" in rig.group.message and rig.group.heights is not None
     assert not rig.group.put(late, rig.now)
@@ -170,11 +174,11 @@ def test_setpoints_from_somewhere_else_are_not_followed():
     rig.group.enable(rig.now)
     x, y, z = rig.group.heights
     for heights in ((x, y + 0.0011, z), (x, y, 5.0), (float("nan"), y, z)):
-        with pytest.raises(OutOfBoundsError, match="setpoint of axis"):
+        with pytest.raises(KinematicsError, match=r"setpoint of axis|a jump at rest of 0\.0011"):
             rig.group.put(Setpoint(rig.now, heights, (0.0, 0.0, 0.0)), rig.now)
     rig.swing(0.1)
     place = rig.group.heights
-    for i in range(20):
+    for _ in range(20):
         setpoint = Setpoint(rig.now, (x - 0.1, y, z), (0.0, 0.0, 0.0))
         rig.group.put(setpoint, rig.now)
         rig.step()

@@ -5,17 +5,11 @@ from __future__ import annotations
 import random
 
 import pytest
-from group_rig import PERIOD, GroupRig
+from group_rig import PERIOD, QUICK, GroupRig
 from soak import many, seed
 
 from tri_glide_kinematics.drives import DriveError, GroupState, State, Switch
 
-QUICK = {
-    "homing_speed": 0.2,
-    "homing_slow_speed": 0.05,
-    "homing_acceleration": 4.0,
-    "back_off": 0.05,
-}
 TOP = 0.88
 
 
@@ -105,7 +99,7 @@ def test_a_switch_that_sticks_or_never_comes_stops_all(switch, end, timeout, tex
 
 def test_a_drive_that_fails_or_starts_anew_meanwhile_stops_all():
     for happen, text in (
-        (lambda drive: drive.reboot(), "axis 3 (node 3) has not answered 5 SYNCs"),
+        (lambda drive: drive.reboot(), "axis 3 (node 3) has not answered SYNC 5 times"),
         (lambda drive: drive.axis.fail(0x7305), "EMCY 0x7305"),
         (lambda drive: setattr(drive.axis, "_homing_failed", True), "error of homing"),
     ):
