@@ -31,6 +31,7 @@ from testing.domain import own_context, own_domain, set_transport
 from testing.ends import run_in_real_time
 from testing.panel import STOP, Panel, tab
 from testing.processes import TIMEOUT, launched
+from testing.taking import taken_as_sent
 from tri_glide_kinematics.ros.starting import COMPUTER, executable
 from tri_glide_kinematics.vectors import Vector3
 
@@ -170,7 +171,7 @@ def _stops(panel: Panel, page: Page, before: Callable[[], None] | None = None) -
         page: with the button.
         before: is called right before each press, where the page is to be busy.
     """
-    commands = panel.client.record(JointState, "joint_commands")
+    commands = panel.client.record(JointState, "joint_commands", take=taken_as_sent)
     panel.client.send_pose(LOW)
     panel.wait_until_at(LOW)
     panel.client.set_parameters("ik_node", {"speed_scale": SLOW})

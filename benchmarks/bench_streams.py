@@ -1,4 +1,4 @@
-"""Whether streams of commands disturb the cycle of ``ik_node``: by the stamps of its setpoints.
+"""Whether streams of commands disturb the cycle of ``ik_node``: by when its setpoints are sent.
 
 Each kind of command is compared with the same node while nothing is commanded, in turn.
 """
@@ -25,7 +25,7 @@ from benchmarks.harness import Missing, attempt
 from benchmarks.ros_session import Session, session
 from benchmarks.table import print_lines
 from testing.client import Client, Probe
-from testing.taking import taken
+from testing.taking import taken_as_sent
 
 RATES = (500.0, 1000.0)  # 1/s
 ROUNDS = 3
@@ -93,7 +93,7 @@ class Commander:
 
     def stamps(self) -> list[float]:
         """Return the times of the setpoints that have come in [s]."""
-        return [1e-9 * Probe.time_of(message) for message in taken(self._setpoints)]
+        return [1e-9 * Probe.time_of(message) for message in taken_as_sent(self._setpoints)]
 
     def nothing(self, _: float) -> None:
         """Send nothing."""

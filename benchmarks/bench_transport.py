@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from typing import Any
 from functools import partial
 
 from rclpy.qos import qos_profile_sensor_data
@@ -80,9 +81,8 @@ def main() -> int:
     """Measure, and print the result."""
     ages: list[float] = []
 
-    def hear(message: JointState) -> None:
-        stamp = message.header.stamp
-        ages.append(1e-9 * (time.time_ns() - stamp.nanosec) - stamp.sec)
+    def hear(_: JointState, info: Any) -> None:
+        ages.append(1e-9 * (time.time_ns() - info["source_timestamp"]))
 
     with session() as running:
         pids = [running.start_node(name, "/probed") for name in ("simulator_node", "ik_node")]

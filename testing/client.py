@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -41,10 +41,12 @@ class _Recorded(NamedTuple):
     Attributes:
         subscription: of the topic.
         messages: so far.
+        take: takes what has come in.
     """
 
     subscription: Any
     messages: Any
+    take: Callable[[Any], Iterable[Any]]
 
 
 class _OfOthers(SingleThreadedExecutor):
@@ -92,7 +94,7 @@ class Probe:
         nap = min(longest_nap, RECORDED_NAP) if self._recorded else longest_nap
         self._executor.spin_once(timeout_sec=nap)
         for each in self._recorded:
-            each.messages.extend(taken(each.subscription))
+            each.messages.extend(each.take(each.subscription))
 
     def spin_for(self, duration: float) -> None:
         """Spin for ``duration`` seconds."""
@@ -135,14 +137,19 @@ class Probe:
             self.spin_once(longest_nap)
 
     def record(
-        self, kind: type, topic: str, qos: QoSProfile = DEEP_QUEUE, keep: int | None = None
+        self,
+        kind: type,
+        topic: str,
+        qos: QoSProfile = DEEP_QUEUE,
+        keep: int | None = None,
+        take: Callable[[Any], Iterable[Any]] = taken,
     ) -> Any:
         """Return a list of all messages of a topic, or a deque of the last ``keep`` ones."""
         messages: Any = [] if keep is None else deque(maxlen=keep)
         subscription = self.node.create_subscription(
             kind, topic, _ignore, qos, event_callbacks=NO_EVENTS
         )
-        self._recorded.append(_Recorded(subscription, messages))
+        self._recorded.append(_Recorded(subscription, messages, take))
         return messages
 
     def statuses(self, diagnostics: Any, node: str = "ik_node") -> list[Any]:

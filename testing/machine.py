@@ -9,6 +9,7 @@ from sensor_msgs.msg import JointState
 
 from testing.client import LATCHED, Client
 from testing.processes import TIMEOUT, Launcher, RunningNode
+from testing.taking import taken_as_sent
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.errors import Refusal
@@ -41,7 +42,9 @@ class Machine:
         self.commands: list[JointState] = []
         self.measured: list[JointState] = []
         if listen:
-            self.commands = client.record(JointState, f"{self.namespace}/joint_commands")
+            self.commands = client.record(
+                JointState, f"{self.namespace}/joint_commands", take=taken_as_sent
+            )
             self.measured = client.record(JointState, f"{self.namespace}/joint_states")
         topic = f"{self.namespace}/ik_node/machine_state"
         self.states: list[MachineState] = client.record(MachineState, topic, LATCHED)
@@ -209,7 +212,7 @@ class Machine:
         )
 
     def commands_since(self, time: int) -> list[JointState]:
-        """Return the commands with stamps after ``time`` [ns]."""
+        """Return the commands that were sent after ``time`` [ns]."""
         return [message for message in self.commands if self.client.time_of(message) > time]
 
     def wait_for_measured_rest(self) -> None:

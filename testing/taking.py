@@ -14,3 +14,14 @@ def taken(subscription: Subscription) -> Iterator[Any]:
     with handle:
         while (message := handle.take_message(subscription.msg_type, False)) is not None:
             yield message[0]
+
+
+def taken_as_sent(subscription: Subscription) -> Iterator[Any]:
+    """Yield them with the time at which they were sent as stamp: that of setpoints is nominal."""
+    handle = subscription.handle
+    with handle:
+        while (taken := handle.take_message(subscription.msg_type, False)) is not None:
+            message, info = taken
+            stamp = message.header.stamp
+            stamp.sec, stamp.nanosec = divmod(info["source_timestamp"], 1_000_000_000)
+            yield message

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.newest_target import InPosition as InPosition
     from tri_glide_kinematics.control.newest_target import InPositionBounds as InPositionBounds
     from tri_glide_kinematics.control.newest_target import NewestTarget as NewestTarget
+    from tri_glide_kinematics.control.nominal_time import NominalTime as NominalTime
     from tri_glide_kinematics.control.operating_state import DISABLED as DISABLED
     from tri_glide_kinematics.control.operating_state import FAULT as FAULT
     from tri_glide_kinematics.control.operating_state import FOLLOWERS as FOLLOWERS

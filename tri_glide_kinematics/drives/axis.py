@@ -10,13 +10,12 @@ from tri_glide_kinematics.drives.bus import (
     Emergency,
     Entry,
     Event,
-    Foreign,
     Heartbeat,
     Status,
     Transfer,
 )
-from tri_glide_kinematics.drives.cia402 import DriveError, DriveState, state_of
-from tri_glide_kinematics.drives.group_settings import DriveSettings, GroupSettings
+from tri_glide_kinematics.drives.cia402 import ERROR_CODE, FAULTS, DriveError, DriveState, state_of
+from tri_glide_kinematics.drives.group_settings import GroupSettings
 
 # So often a transfer is tried that is not answered.
 ATTEMPTS = 3
@@ -27,8 +26,8 @@ AVERAGED = 32
 # More answers than SYNCs, by so many: late ones leave no such surplus, a second drive does.
 SURPLUS = 20
 
-BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, START = 0, 5, 127, 1
-PREPARE = 128
+# States of NMT.
+BOOT_UP, OPERATIONAL = 0, 5
 
 Steps = Generator[None, None, None]
 
@@ -38,27 +37,28 @@ class Axis:
 
     Attributes:
         number: of the axis, from 1.
-        settings: of the drive.
+        group: settings of all drives.
+        settings: of this one.
+        per_metre: counts for each metre.
         state: by its newest status word; None before the first one or where it tells none.
         status_word: the newest.
         positions: the newest ones, in counts; the newest is the last.
+        velocity: from one SYNC to the next [m/s].
         network_state: by its newest heartbeat; None before the first one.
-        emergency: code of its newest EMCY.
+        has_restarted: whether it has told its start.
         is_homed: whether its counts tell the height.
         mark: number in it that is gone if it has been without power; 0 for none.
-        has_restarted: whether it has told its start.
-        per_metre: counts for each metre.
         was_lost: whether it may have been without power and nobody has heard of it.
     """
 
-    def __init__(self, number: int, bus: Bus, settings: DriveSettings) -> None:
+    def __init__(self, number: int, bus: Bus, group: GroupSettings) -> None:
         """Know nothing yet."""
         self.number = number
-        self.settings = settings
-        self.is_homed = False
+        self.group = group
+        self.settings = group.drives[number - 1]
+        self.per_metre = float(self.settings.units.per_metre)
+        self.is_homed = self.was_lost = False
         self.mark = 0
-        self.was_lost = False
-        self.per_metre = float(settings.units.per_metre)
         self._bus = bus
         self.forget()
 
@@ -67,13 +67,18 @@ class Axis:
         self.state: DriveState | None = None
         self.status_word = 0
         self.positions: deque[int] = deque(maxlen=AVERAGED)
+        self.velocity = 0.0
         self.network_state: int | None = None
-        self.emergency = 0
-        self._has_alarm = False
         self.has_restarted = False
-        self._beat_at = 0.0
-        self._missed = self._surplus = 0
         self._error_code: Transfer | None = None
+        # Times of the newest heartbeat, status, and answer to SYNC.
+        self._beat_at = self._measured_at = self._answered_at = 0.0
+        self._surplus = 0
+        self.forget_emergency()
+
+    def forget_emergency(self) -> None:
+        """Take no EMCY of before for a new one."""
+        self._emergency, self._has_alarm = 0, False
 
     @property
     def name(self) -> str:
@@ -83,42 +88,26 @@ class Axis:
     @property
     def text(self) -> str:
         """What it is, for people, with the codes of its errors."""
-        texts = [self.state.value if self.state else "not heard"]
+        text = f"{self.name}: {self.state.value if self.state else 'not heard'}"
         code = self._error_code
         if code is not None:
             told = f"0x{code.value:04X}" if code.is_done and not code.error else "not read"
-            texts.append(f"error code (0x603F) {told}")
-        if self.emergency or code is not None:
-            texts.append(f"EMCY 0x{self.emergency:04X}" if self.emergency else "no EMCY")
-        return f"{self.name}: " + ", ".join(texts)
+            text += f", error code (0x603F) {told}"
+        if self._emergency or code is not None:
+            text += f", EMCY 0x{self._emergency:04X}" if self._emergency else ", no EMCY"
+        return text
 
     @property
     def is_up(self) -> bool:
         """Whether it answers to SYNC."""
         return self.state is not None and self.network_state in (None, OPERATIONAL)
 
-    @property
-    def is_averaged(self) -> bool:
-        """Whether there are positions enough for ``mean_position``."""
-        return len(self.positions) == AVERAGED
-
-    @property
-    def mean_position(self) -> int:
-        """Mean of its newest positions, in counts."""
-        return round(sum(self.positions) / len(self.positions))
-
-    @property
-    def newest_step(self) -> float:
-        """Way from the position before the newest one [m]."""
-        newest, before = self.positions[-1], self.positions[-min(2, len(self.positions))]
-        return self.settings.units.direction * (newest - before) / self.per_metre
-
     def height_of(self, count: int) -> float:
         """Return the height of the slider, if it is homed [m]."""
         return self.settings.units.height_of(count, self.settings.home_height)
 
     def count_of(self, height: float) -> int:
-        """Return the count at a height; at the ends of the travel it is that of the end."""
+        """Return the count at a height; beyond the ends of the travel it is that of the end."""
         low, high = self.settings.ends
         return self.settings.units.counts_of(min(max(height, low), high), self.settings.home_height)
 
@@ -126,49 +115,52 @@ class Axis:
         """Return a velocity [m/s] in counts/s."""
         return round(self.settings.units.direction * velocity * self.per_metre)
 
-    def forget_emergency(self) -> None:
-        """Take no EMCY of before for a new one."""
-        self.emergency, self._has_alarm = 0, False
-
-    def take(self, events: list[Event], expects_answer: bool) -> None:
-        """Take in what has come in since the last SYNC, if a SYNC was sent (``expects_answer``)."""
+    def take(self, events: list[Event], now: float, is_cycling: bool) -> None:
+        """Take in what has come; with ``is_cycling``, a SYNC was sent since the last call."""
         answers = 0
         for event in events:
-            if isinstance(event, Foreign) or event.node != self.settings.node:
+            if getattr(event, "node", 0) != self.settings.node:
                 continue
             if isinstance(event, Status):
                 answers += 1
-                self.status_word = event.status_word
-                self.state = state_of(event.status_word)
-                self.positions.append(event.position)
+                self._measure(event)
             elif isinstance(event, Emergency):
-                self.emergency = event.code or self.emergency
-                self._has_alarm = self._has_alarm or event.code != 0
+                self._emergency = event.code or self._emergency
+                self._has_alarm |= event.code != 0
             elif isinstance(event, Heartbeat):
-                self.network_state = event.state
-                self._beat_at = event.time
+                self.network_state, self._beat_at = event.state, event.time
                 if event.state == BOOT_UP:
                     self.has_restarted, self.is_homed = True, False
-        self._missed = 0 if answers or not expects_answer else self._missed + 1
+        if answers or not is_cycling:
+            self._answered_at = now
         # Answers that come late come all at once.
         self._surplus = max(-SURPLUS, self._surplus + answers - 1)
 
-    def trouble(self, now: float, settings: GroupSettings, is_enabled: bool) -> str:
+    def _measure(self, status: Status) -> None:
+        self.status_word, self.state = status.status_word, state_of(status.status_word)
+        if self.positions:
+            # In between, some may have been lost.
+            periods = max(1, round((status.time - self._measured_at) / self.group.period))
+            way = self.settings.units.direction * (status.position - self.positions[-1])
+            self.velocity = way / (self.per_metre * periods * self.group.period)
+        self.positions.append(status.position)
+        self._measured_at = status.time
+
+    def trouble(self, now: float, is_enabled: bool) -> str:
         """Return what is wrong with it, or nothing; ``is_enabled``: it ought to have torque."""
-        silence = now - self._beat_at
+        group = self.group
         if self.has_restarted:
             return "has started anew"
-        if self.network_state is not None and silence > settings.consumer_time:
+        is_mute = self.network_state is not None and now - self._beat_at > group.consumer_time
+        silent = round((now - self._answered_at) / group.period)
+        if is_mute or silent >= group.lost_in_a_row:
             self.was_lost = True
-            return f"tells no heartbeat for {silence:.3f} s"
+            return "tells no heartbeat" if is_mute else f"has not answered SYNC {silent} times"
         if self.network_state not in (None, OPERATIONAL):
-            return f"has left the network state OPERATIONAL ({self.network_state})"
-        if self._missed >= settings.lost_in_a_row:
-            self.was_lost = True
-            return f"has not answered {self._missed} SYNCs in a row"
+            return f"has left the network state OPERATIONAL for {self.network_state}"
         if self._surplus > SURPLUS:
             return "answers a SYNC twice: two drives have this node id, or two PDOs a COB-ID"
-        if self.state in (DriveState.FAULT, DriveState.FAULT_REACTION):
+        if self.state in FAULTS:
             return "has a fault"
         if self._has_alarm:
             return "tells an error"
@@ -178,7 +170,7 @@ class Axis:
 
     def ask_error_code(self) -> None:
         """Begin to read object 0x603F, which ``text`` tells."""
-        self._error_code = self._bus.read(self.settings.node, Entry(0x603F, 0, 2))
+        self._error_code = self._bus.read(self.settings.node, ERROR_CODE)
 
     def send_state(self, command: int) -> None:
         """Send it a command of NMT."""

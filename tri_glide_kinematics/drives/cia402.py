@@ -30,6 +30,8 @@ class DriveState(Enum):
     FAULT = "FAULT"
 
 
+FAULTS = (DriveState.FAULT, DriveState.FAULT_REACTION)
+
 CONTROL_WORD = Entry(0x6040, 0, 2)
 STATUS_WORD = Entry(0x6041, 0, 2)
 ERROR_CODE = Entry(0x603F, 0, 2)

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator
 from enum import Enum
+from statistics import fmean
 
 from tri_glide_kinematics.drives import cia402
-from tri_glide_kinematics.drives.axis import OPERATIONAL, START, Axis, Steps
+from tri_glide_kinematics.drives.axis import AVERAGED, OPERATIONAL, Axis, Steps
 from tri_glide_kinematics.drives.bus import Bus, BusError, Command, Event, Foreign
-from tri_glide_kinematics.drives.cia402 import DriveError, DriveState, Mode
+from tri_glide_kinematics.drives.cia402 import FAULTS, DriveError, DriveState, Mode
 from tri_glide_kinematics.drives.group_settings import GroupSettings
-from tri_glide_kinematics.drives.homing import Homing
+from tri_glide_kinematics.drives.homing import Search
 from tri_glide_kinematics.drives.load import LARGEST_GOOD_LOAD
 from tri_glide_kinematics.drives.playout import Playout, Setpoint
 from tri_glide_kinematics.drives.set_up import apply, set_up, travel
@@ -37,7 +38,8 @@ JUMP = 1.6
 # A quick stop takes no longer than from the largest speed to rest, and this [s].
 REACTING = 0.1
 
-FAULTS = (DriveState.FAULT, DriveState.FAULT_REACTION)
+# Command of NMT to be operational.
+START = 1
 
 
 class GroupState(Enum):
@@ -91,14 +93,13 @@ class DriveGroup:
             bus: with the drives.
             settings: checked when they are made.
         """
-        drives = settings.drives
         self.state = GroupState.SILENT
         self.remarks: list[str] = []
         self.load = settings.load
         self._bus = bus
         self._settings = settings
-        self._axes = tuple(Axis(number, bus, drive) for number, drive in enumerate(drives, 1))
-        brake = three(drive.brake for drive in drives)
+        self._axes = tuple(Axis(number, bus, settings) for number in (1, 2, 3))
+        brake = three(drive.brake for drive in settings.drives)
         self._playout = Playout(settings.playout_delay, settings.period, brake)
         self._now = -math.inf
         self._beat_at = self._rests_at = -math.inf
@@ -109,13 +110,12 @@ class DriveGroup:
         self._cause = ""
         self._culprit: Axis | None = None
         self._task: Steps | None = None
-        self._homing: Homing | None = None
-        # What drives are told in each cycle: targets and their rates in counts; None: where they are.
+        self._searches: list[Search] = []
+        # What drives are told in each cycle: targets, where None is where they are, and rates.
         self._word: Callable[[Axis], int] = lambda axis: cia402.QUICK_STOP
         self._targets: list[int] | None = None
         self._rates = [0, 0, 0]
-        # Whether all have torque, and whether a setpoint has come since then.
-        self._is_enabled = self._is_fed = False
+        self._is_enabled = False
         self._begin(GroupState.SILENT, self._setting_up())
 
     @property
@@ -136,7 +136,7 @@ class DriveGroup:
     @property
     def waiting_axes(self) -> tuple[int, ...]:
         """The axes that still look for their switches, 0 to 2."""
-        return tuple(axis.number - 1 for axis in self._homing.waiting) if self._homing else ()
+        return tuple(search.axis.number - 1 for search in self._searches)
 
     @property
     def heights(self) -> Vector3 | None:
@@ -150,7 +150,7 @@ class DriveGroup:
         """Velocities of the sliders [m/s], from one SYNC to the next; None with ``heights``."""
         if self.heights is None:
             return None
-        return three(axis.newest_step / self._settings.period for axis in self._axes)
+        return three(axis.velocity for axis in self._axes)
 
     @property
     def delay(self) -> float:
@@ -185,22 +185,17 @@ class DriveGroup:
         """Store a setpoint. Returns whether it will be followed: only in ON, and if homed.
 
         Raises:
-            KinematicsError: if it is not finite, outside the travel, or its time goes back
-                (``Playout.put``), or if it is the first after an enabling and lies farther from
-                the held heights than ``start_distance``. Nothing moves for it.
+            KinematicsError: if it is outside the travel, or the playing out refuses it, as where
+                it lies somewhere else than the sliders are held. Nothing moves for it.
         """
-        if self.state is not GroupState.ON or not self.is_homed or self._targets is None:
+        if self.state is not GroupState.ON or not self.is_homed:
             return False
-        for axis, height, target in zip(self._axes, setpoint.heights, self._targets):
+        for axis, height in zip(self._axes, setpoint.heights):
             low, high = axis.settings.ends
-            if not self._is_fed:
-                held, distance = axis.height_of(target), self._settings.start_distance
-                low, high = held - distance, held + distance
             if not low <= height <= high:
-                bound = f"from {low:.6f} to {high:.6f}" + ("" if self._is_fed else " at first")
+                bound = f"within the travel from {low:.6f} to {high:.6f}"
                 raise OutOfBoundsError(f"setpoint of axis {axis.number}", height, bound, "m")
         self._playout.put(setpoint, now)
-        self._is_fed = True
         return True
 
     def enable(self, now: float) -> None:
@@ -252,6 +247,8 @@ class DriveGroup:
         self._check("homed", GroupState.OFF, GroupState.HOLDING, GroupState.ON)
         if self.moves:
             raise DriveError("the sliders move: homing begins at rest")
+        for axis in self._axes:
+            axis.is_homed = False
         self._begin(GroupState.HOMING, self._looking_for_switches())
 
     def cancel_home(self, now: float) -> None:
@@ -268,7 +265,7 @@ class DriveGroup:
 
     def _take_in(self, events: list[Event], gap: float) -> None:
         for axis in self._axes:
-            axis.take(events, self._is_cycling)
+            axis.take(events, self._now, self._is_cycling)
         if self.state is GroupState.FAULT:
             return None
         for event in events:
@@ -283,7 +280,7 @@ class DriveGroup:
             text = f"this computer was away for {gap:.3f} s, so that the drives have stopped"
             return self._stop(GroupState.FAULT, text)
         for axis in self._axes:
-            trouble = axis.trouble(self._now, self._settings, self._is_enabled)
+            trouble = axis.trouble(self._now, self._is_enabled)
             if trouble:
                 return self._stop(GroupState.FAULT, f"{axis.name} {trouble}", axis)
         return None
@@ -302,9 +299,10 @@ class DriveGroup:
 
     def _follow(self) -> None:
         """Take the next setpoint as targets."""
-        is_led = self.state in (GroupState.ON, GroupState.BRAKING) and self._is_fed
-        played = self._playout.next(self._now) if is_led and self._targets else None
-        if played is None or self._targets is None:
+        if self.state not in (GroupState.ON, GroupState.BRAKING) or self._targets is None:
+            return None
+        played = self._playout.next(self._now)
+        if played is None:
             return None
         for i, (axis, height, velocity) in enumerate(zip(self._axes, *played)):
             target = axis.count_of(height)
@@ -329,7 +327,7 @@ class DriveGroup:
             # Some may be late or lost.
             self._beat_at = self._now + self._settings.consumer_time / 4
         if self._is_cycling:
-            are_known = all(axis.positions for axis in self._axes)
+            are_known = self._targets is not None or all(axis.positions for axis in self._axes)
             axes = enumerate(self._axes) if are_known else ()
             self._bus.send_cycle([self._command(i, axis) for i, axis in axes])
 
@@ -346,12 +344,12 @@ class DriveGroup:
 
     def _begin(self, state: GroupState, task: Steps, cause: str = "") -> None:
         self.state, self._task, self._cause, self._culprit = state, task, cause, None
-        self._homing = None
+        self._searches = []
 
     def _stop(self, state: GroupState, cause: str, axis: Axis | None = None) -> None:
         """Have all drives stop quickly for a ``cause``, in a ``state``."""
         self.state, self._task, self._cause, self._culprit = state, None, cause, axis
-        self._homing = None
+        self._searches = []
         self._brake()
         if axis is not None:
             axis.ask_error_code()
@@ -360,7 +358,7 @@ class DriveGroup:
         """Have the drives brake; from then on targets are where they are."""
         self._tell(cia402.QUICK_STOP)
         self._targets, self._rates = None, [0, 0, 0]
-        self._is_enabled = self._is_fed = False
+        self._is_enabled = False
         times = (drive.largest_speed / drive.brake for drive in self._settings.drives)
         self._rests_at = self._now + max(times) + REACTING
 
@@ -370,22 +368,27 @@ class DriveGroup:
 
     def _hold(self) -> None:
         """Have the targets stay where the drives are; noise of their encoders is averaged."""
-        self._targets = [axis.mean_position for axis in self._axes]
+        self._targets = [round(fmean(axis.positions)) for axis in self._axes]
 
     def _turn_on(self) -> None:
         self._playout.restart()
-        self._is_fed = False
         self.state, self._cause = GroupState.ON, ""
+        if self.is_homed and self._targets is not None:
+            # From there the first setpoint is led to, if it is near.
+            held = three(axis.height_of(each) for axis, each in zip(self._axes, self._targets))
+            self._playout.put(Setpoint(self._now, held, (0.0, 0.0, 0.0)), self._now)
 
     @property
     def moves(self) -> bool:
         """Whether setpoints are followed that do not rest."""
-        return self._is_fed and not self._playout.rests
+        return self._is_enabled and not self._playout.rests
 
     # Procedures: each goes on once in each cycle. Those that fail raise DriveError.
 
     def _setting_up(self) -> Steps:
         self._is_cycling = False
+        for axis in self._axes:
+            axis.forget()
         self.remarks = []
         if self.load > LARGEST_GOOD_LOAD:
             self.remarks.append(f"the bus is in use for {100 * self.load:.0f} % of the time")
@@ -394,12 +397,12 @@ class DriveGroup:
         self._is_heard = True
         # Another number for each time: who still has the last one has had power since.
         mark = 1 + int(1e3 * self._now) % 2**31
-        yield from self._together(lambda axis: set_up(axis, self._settings, mark), "waits for ")
+        yield from self._together(lambda axis: set_up(axis, mark), "waits for ")
         for axis in self._axes:
             axis.network_state = None
             axis.send_state(START)
         self._is_cycling = True
-        yield from self._until(lambda axis: axis.is_up, ANSWERING, "OPERATIONAL")
+        yield from self._until(lambda axis: axis.is_up, ANSWERING, "heard to answer SYNC")
         if not self._resets:
             for axis in self._axes:
                 if axis.state in (*FAULTS, DriveState.QUICK_STOP):
@@ -422,8 +425,10 @@ class DriveGroup:
         yield from self._change_mode(mode)
         if self._is_enabled:
             return
-        self._word = lambda axis: cia402.word_towards_switched_on(axis.state)
-        yield from self._until_state(DriveState.SWITCHED_ON)
+        # From a quick stop that holds, torque goes on.
+        if any(axis.state is not DriveState.QUICK_STOP for axis in self._axes):
+            self._word = lambda axis: cia402.word_towards_switched_on(axis.state)
+            yield from self._until_state(DriveState.SWITCHED_ON)
         self._hold()
         # The targets are there for a cycle before anything acts on them.
         yield
@@ -432,25 +437,22 @@ class DriveGroup:
         self._is_enabled = True
 
     def _looking_for_switches(self) -> Steps:
-        for axis in self._axes:
-            axis.is_homed = False
         yield from self._to_operation(Mode.HOMING)
-        self._homing = homing = Homing(self._axes, self._settings, self._now)
+        self._searches = [Search(axis, self._now) for axis in self._axes]
         self._tell(cia402.START_HOMING)
-        while homing.waiting:
+        while self._searches:
             yield
-            homing.look(self._now)
+            self._searches = [each for each in self._searches if not each.has_ended(self._now)]
         self._tell(cia402.ENABLE_OPERATION)
         for axis in self._axes:
             axis.positions.clear()
-        yield from self._until(lambda axis: axis.is_averaged, ANSWERING, "heard")
+        yield from self._until(lambda axis: len(axis.positions) == AVERAGED, ANSWERING, "heard")
         self._hold()
         yield from self._together(lambda axis: apply(axis, travel(axis.settings, True)))
         yield from self._change_mode(Mode.POSITION)
         yield from self._coming_into_the_travel()
         for axis in self._axes:
             axis.is_homed = True
-        self._homing = None
         self._turn_on()
 
     def _coming_into_the_travel(self) -> Steps:

@@ -90,7 +90,6 @@ class GroupSettings:
         homing_timeout: for all of it [s].
         back_off: farther than this no slider goes down below its highest place in a homing by the
             default methods: its switch sticks [m].
-        start_distance: from the held height to the first setpoint, at the most [m].
         lost_in_a_row: so many cycles without an answer of a drive are a fault.
     """
 
@@ -106,7 +105,6 @@ class GroupSettings:
     homing_acceleration: float = 0.5
     homing_timeout: float = 60.0
     back_off: float = 0.03
-    start_distance: float = 0.001
     lost_in_a_row: int = 5
 
     def __post_init__(self) -> None:
@@ -118,14 +116,18 @@ class GroupSettings:
                 drive cannot count the travel of its slider.
             BusTooSlowError: if the cycles take more than 80 % of the bus.
         """
-        names = {self.own_node: "the computer"}
-        for axis, drive in enumerate(self.drives, 1):
-            if not 1 <= drive.node <= LARGEST_NODE:
-                raise OutOfBoundsError(f"node id of axis {axis}", drive.node, "from 1 to 127")
-            if drive.node in names:
-                raise SameNodeError(drive.node, (names[drive.node], f"axis {axis}"))
-            names[drive.node] = f"axis {axis}"
-            positive(f"brake of axis {axis}", drive.brake, "m/s^2")
+        names: dict[int, str] = {}
+        nodes = (self.own_node, *(drive.node for drive in self.drives))
+        for node, name in zip(nodes, ("the computer", "axis 1", "axis 2", "axis 3")):
+            if not 1 <= node <= LARGEST_NODE:
+                raise OutOfBoundsError(f"node id of {name}", node, "from 1 to 127")
+            if node in names:
+                raise SameNodeError(node, (names[node], name))
+            names[node] = name
+        homing = (self.homing_speed, self.homing_slow_speed, self.homing_acceleration)
+        for drive in self.drives:
+            for rate in (drive.brake, drive.largest_speed, *homing):
+                drive.units.rate_of(positive("speed or acceleration", rate))
             # Raises where a number of 32 bits is too small.
             assert drive.travel
         tenths = round(self.period * 1e4)

@@ -1,12 +1,9 @@
-"""What is watched while all three drives look for their switches."""
+"""What is watched while a drive looks for its switch."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from tri_glide_kinematics.drives.axis import Axis
 from tri_glide_kinematics.drives.cia402 import HOMING_ATTAINED, HOMING_ERROR, TARGET_REACHED
-from tri_glide_kinematics.drives.group_settings import GroupSettings
 
 # So long a drive may go on telling that it has attained its home, of the time before [s].
 STALE = 0.1
@@ -15,72 +12,50 @@ STALE = 0.1
 NEW_COUNT = 3.0
 
 
-class _Way:
-    """The way of one slider since the start, up positive, whatever becomes of its counts."""
-
-    def __init__(self, axis: Axis) -> None:
-        self.axis = axis
-        self.is_under_way = False
-        self.now = self.highest = 0.0
-        self._count = axis.positions[-1]
-
-    def look(self, longest: float) -> None:
-        """Take in the newest position; a step is ``longest`` [m] at the most."""
-        units = self.axis.settings.units
-        step = (self.axis.positions[-1] - self._count) * units.direction / float(units.per_metre)
-        self._count = self.axis.positions[-1]
-        if abs(step) <= longest:
-            self.now += step
-            self.highest = max(self.highest, self.now)
-
-
-class Homing:
-    """Three drives that have been told to look for their switches, all in the same cycle.
+class Search:
+    """A drive that has been told to look for its switch.
 
     Attributes:
-        waiting: the axes that have not attained their homes.
+        axis: with the drive.
     """
 
-    def __init__(self, axes: Sequence[Axis], settings: GroupSettings, now: float) -> None:
+    def __init__(self, axis: Axis, now: float) -> None:
         """Begin at ``now`` [s]."""
-        self.waiting = list(axes)
-        self._ways = {axis: _Way(axis) for axis in axes}
-        self._settings = settings
+        self.axis = axis
         self._began = now
-        # With what is lost in a row, and a count or two of noise.
-        cycles = 1 + settings.lost_in_a_row
-        self._longest = NEW_COUNT * settings.homing_speed * settings.period * cycles
+        self._is_under_way = False
+        self._count = axis.positions[-1]
+        # Since it began, up positive [m].
+        self._way = self._highest = 0.0
+        group = axis.group
+        self._longest = NEW_COUNT * group.homing_speed * group.period * group.lost_in_a_row
 
-    def look(self, now: float) -> None:
-        """Take in what the drives have told.
+    def has_ended(self, now: float) -> bool:
+        """Take in what the drive has told, and return whether it has attained its home.
 
         Raises:
-            DriveError: if one of them fails, takes too long, or goes where no switch can be.
+            DriveError: if it fails, takes too long, or goes where no switch can be.
         """
-        for axis in tuple(self.waiting):
-            self._look_at(axis, now - self._began)
-            done = HOMING_ATTAINED | TARGET_REACHED
-            has_begun = self._ways[axis].is_under_way or now - self._began > STALE
-            if has_begun and axis.status_word & done == done:
-                self.waiting.remove(axis)
-
-    def _look_at(self, axis: Axis, time: float) -> None:
-        settings, drive, way = self._settings, axis.settings, self._ways[axis]
-        if not axis.status_word & (HOMING_ATTAINED | HOMING_ERROR):
-            way.is_under_way = True
-        way.look(self._longest)
-        if way.is_under_way and axis.status_word & HOMING_ERROR:
+        axis, word, time = self.axis, self.axis.status_word, now - self._began
+        group, drive = axis.group, axis.settings
+        step = drive.units.direction * (axis.positions[-1] - self._count) / axis.per_metre
+        self._count = axis.positions[-1]
+        if abs(step) <= self._longest:
+            self._way += step
+            self._highest = max(self._highest, self._way)
+        self._is_under_way |= not word & (HOMING_ATTAINED | HOMING_ERROR) or time > STALE
+        if self._is_under_way and word & HOMING_ERROR:
             raise axis.error("tells an error of homing")
-        if time > settings.homing_timeout:
-            raise axis.error(f"has not found its switch within {settings.homing_timeout:g} s")
-        longest = drive.upper_height - drive.lower_height + settings.back_off
-        if abs(way.now) > longest:
-            raise axis.error(
-                f"has gone {abs(way.now):.3f} m without finding its switch, at most {longest:.3f} "
-                "m are its travel: does the switch work?"
-            )
-        if drive.homing_method is None and way.highest - way.now > settings.back_off:
-            raise axis.error(
-                f"went down {1e3 * (way.highest - way.now):.1f} mm in homing, at most "
-                f"{1e3 * settings.back_off:g} mm leave a switch: does it stick?"
-            )
+        if self._is_under_way and word & HOMING_ATTAINED and word & TARGET_REACHED:
+            return True
+        if time > group.homing_timeout:
+            raise axis.error(f"has not found its switch within {group.homing_timeout:g} s")
+        travel = drive.ends[1] - drive.ends[0] + group.back_off
+        if abs(self._way) > travel:
+            text = f"has gone {abs(self._way):.3f} m, more than its travel of {travel:.3f} m"
+            raise axis.error(f"{text}: does its switch work?")
+        down = self._highest - self._way
+        if drive.homing_method is None and down > group.back_off:
+            text = f"went down {1e3 * down:.1f} mm, more than {1e3 * group.back_off:g} mm"
+            raise axis.error(f"{text}: does its switch stick?")
+        return False

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from fractions import Fraction
 
-from tri_glide_kinematics.drives.axis import PREPARE, Axis
+from tri_glide_kinematics.drives.axis import Axis
 from tri_glide_kinematics.drives.bus import Entry
 from tri_glide_kinematics.drives.cia402 import (
     CONTROL_WORD,
@@ -16,7 +16,7 @@ from tri_glide_kinematics.drives.cia402 import (
     DriveState,
     state_of,
 )
-from tri_glide_kinematics.drives.group_settings import DriveSettings, GroupSettings
+from tri_glide_kinematics.drives.group_settings import DriveSettings
 
 # An object or a subindex that the drive has not (CiA 301).
 ABSENT = (0x06020000, 0x06090011)
@@ -25,6 +25,9 @@ ABSENT = (0x06020000, 0x06090011)
 INVALID = 1 << 31
 NO_REMOTE = 1 << 30
 PDOS = 4
+
+# Command of NMT to be pre-operational.
+PREPARE = 128
 
 # Profile velocity: no mode that is used needs it, and a drive without power forgets it.
 MARK = Entry(0x6081, 0, 4)
@@ -59,12 +62,11 @@ class Setting:
     kept: int = 0
 
 
-def set_up(axis: Axis, group: GroupSettings, mark: int) -> Generator[None, None, list[str]]:
+def set_up(axis: Axis, mark: int) -> Generator[None, None, list[str]]:
     """Set up a drive, which does not move for it; it waits for one that is not there.
 
     Args:
         axis: with the drive.
-        group: of it.
         mark: number to tell later whether the drive has been without power.
 
     Returns:
@@ -88,7 +90,7 @@ def set_up(axis: Axis, group: GroupSettings, mark: int) -> Generator[None, None,
     axis.mark, axis.was_lost = mark, False
     yield from axis.write(MARK, mark)
     power = yield from axis.read(Entry(0x60C2, 2, 1, is_signed=True))
-    return (yield from apply(axis, _settings(axis.settings, group, axis.is_homed, power.value)))
+    return (yield from apply(axis, _settings(axis, power.value)))
 
 
 def travel(drive: DriveSettings, is_homed: bool) -> Iterable[Setting]:
@@ -130,11 +132,10 @@ def _apply(axis: Axis, setting: Setting) -> Generator[None, None, str]:
     return ""
 
 
-def _settings(
-    drive: DriveSettings, group: GroupSettings, is_homed: bool, power: int
-) -> Iterable[Setting]:
+def _settings(axis: Axis, power: int) -> Iterable[Setting]:
     """Return all settings in their order; ``power`` of ten of the period as it is in the drive."""
     refused, nothing = Need.REFUSED, Need.NOTHING
+    drive, group = axis.settings, axis.group
     node, period = drive.node, group.exact_period
     milliseconds = int(1000 * group.consumer_time)
     yield Setting(Entry(0x1005, 0, 4), 0x80, "COB-ID of SYNC, not sent", nothing, kept=INVALID)
@@ -182,7 +183,7 @@ def _settings(
         yield Setting(Entry(index, subindex, 4), drive.units.rate_of(rate), name)
     yield Setting(Entry(0x6098, 0, 1, True), drive.method, "homing method")
     yield Setting(Entry(0x607C, 0, 4, True), 0, "home offset")
-    yield from travel(drive, is_homed)
+    yield from travel(drive, axis.is_homed)
     if drive.largest_torque is not None:
         yield Setting(Entry(0x6072, 0, 2), drive.largest_torque, "largest torque")
     if drive.largest_error is not None:

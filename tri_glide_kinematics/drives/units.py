@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -75,5 +74,12 @@ class DriveUnits:
         return (above * unit + self.direction * count * self.per * below) / (below * unit)
 
     def rate_of(self, rate: float) -> int:
-        """Return a velocity [m/s] in counts/s, or an acceleration, without the direction."""
-        return max(1, math.floor(rate * self.per_metre + Fraction(1, 2))) if rate else 0
+        """Return a velocity [m/s] or an acceleration in counts, at least 1, without the direction.
+
+        Raises:
+            OutOfBoundsError: if the drive has no number of 32 bits for it.
+        """
+        counts = round(rate * self.per_metre)
+        if counts >= LARGEST_PART:
+            raise OutOfBoundsError("speed or acceleration", rate, f"below {LARGEST_PART} counts/s")
+        return max(1, counts)

@@ -13,6 +13,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from trajectory_msgs.msg import JointTrajectory
 
+from tri_glide_kinematics.control import NominalTime
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import MotionEngine
 from tri_glide_kinematics.motion.limits import SampledPlan, SliderState
@@ -43,7 +44,8 @@ class CommandOutputs:
 
     def __init__(self, node: Node, values: Values) -> None:
         """Create the publishers on ``node``."""
-        self._now = node.get_clock().now
+        self._clock = node.get_clock()
+        self._times = NominalTime(1.0 / values["rate"])
         self._joint_names = list(values["joint_names"])
         self._base_frame = values["base_frame"]
         self._trajectory_step = values["trajectory_step"]
@@ -87,7 +89,11 @@ class CommandOutputs:
         """
         heights = minus(setpoint.heights, self._offsets)
         if self._joint_states is not None:
-            stamp = divmod(self._now().nanoseconds, 1_000_000_000)
+            now = self._clock.now().nanoseconds
+            # Simulated time need not pass as the motion does.
+            if not self._clock.ros_time_is_active:
+                now = self._times.stamp(setpoint.velocities, now)
+            stamp = divmod(now, 1_000_000_000)
             numbers = heights, setpoint.velocities
             if forces is None:
                 self._joint_states.publish(self._joint_state.at(*stamp, *numbers))
