@@ -133,7 +133,8 @@ class Axis:
                     self.has_restarted, self.is_homed = True, False
         if answers or not is_cycling:
             self._answered_at = now
-        self._surplus = max(0, self._surplus + answers - 1)
+        # Answers that come late come all at once.
+        self._surplus = max(-SURPLUS, self._surplus + answers - is_cycling)
 
     def _measure(self, status: Status) -> None:
         self.status_word, self.state = status.status_word, state_of(status.status_word)

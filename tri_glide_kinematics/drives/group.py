@@ -245,7 +245,7 @@ class DriveGroup:
             DriveError: in another state, and while the sliders move.
         """
         self._check("homed", GroupState.OFF, GroupState.HOLDING, GroupState.ON)
-        if self._moves:
+        if self.moves:
             raise DriveError("the sliders move: homing begins at rest")
         for axis in self._axes:
             axis.is_homed = False
@@ -315,7 +315,7 @@ class DriveGroup:
         if self.state is GroupState.ON and self._playout.has_run_dry:
             self.state = GroupState.BRAKING
             self._cause = "no setpoints come: the sliders brake and hold; enable to go on"
-        if self.state is GroupState.BRAKING and not self._moves:
+        if self.state is GroupState.BRAKING and not self.moves:
             self._rates = [0, 0, 0]
             if self._task is None:
                 self.state = GroupState.HOLDING
@@ -379,7 +379,8 @@ class DriveGroup:
             self._playout.put(Setpoint(self._now, held, (0.0, 0.0, 0.0)), self._now)
 
     @property
-    def _moves(self) -> bool:
+    def moves(self) -> bool:
+        """Whether setpoints are followed that do not rest."""
         return self._is_enabled and not self._playout.rests
 
     # Procedures: each goes on once in each cycle. Those that fail raise DriveError.
@@ -449,16 +450,37 @@ class DriveGroup:
         self._hold()
         yield from self._together(lambda axis: apply(axis, travel(axis.settings, True)))
         yield from self._change_mode(Mode.POSITION)
+        yield from self._coming_into_the_travel()
         for axis in self._axes:
             axis.is_homed = True
         self._turn_on()
+
+    def _coming_into_the_travel(self) -> Steps:
+        """Go down together, as the switches may be above it."""
+        settings, starts = self._settings, list(self._targets or ())
+        heights = [axis.height_of(start) for axis, start in zip(self._axes, starts)]
+        ends = [axis.settings.upper_height for axis in self._axes]
+        way = max(0.0, *(height - end for height, end in zip(heights, ends)))
+        # Greatest speed and acceleration of the polynomial below, for a way and a time of 1.
+        seconds = max(
+            1.875 * way / settings.homing_speed,
+            math.sqrt(5.774 * way / settings.homing_acceleration),
+        )
+        cycles = math.ceil(seconds / settings.period)
+        for cycle in range(1, cycles + 1):
+            part = cycle / cycles
+            gone = way * part**3 * (10.0 + part * (6.0 * part - 15.0))
+            self._targets = [
+                axis.count_of(height - gone) for axis, height in zip(self._axes, heights)
+            ]
+            yield
 
     def _braking(self) -> Steps:
         yield from self._wait(self._rests_at)
         self.state = GroupState.HOLDING
 
     def _disabling(self) -> Steps:
-        while self._moves:
+        while self.moves:
             yield
         if self._is_enabled:
             # The drive closes its brake first.
