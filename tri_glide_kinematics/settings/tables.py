@@ -570,9 +570,6 @@ CIA402_NODE = (
     Parameter("playout_delay", 0.01,
         "time by which the drives are behind the setpoints, so that none is late; the same as "
         "`drive_delay` of `ik_node`", "s", 0.0, 0.5, told=True),
-    Parameter("start_distance", 0.001,
-        "largest distance of the first setpoint after an enabling from where the slider is held",
-        "m", 1e-6, 1.0),
     Parameter("heartbeat_timeout", 0.05,
         "each drive stops by itself if it has not heard this computer for longer than this; all "
         "stop if a drive is not heard", "s", 0.004, 60.0, told=True),

@@ -343,7 +343,6 @@ def drive_group_settings_of(values: Values) -> GroupSettings:
         homing_slow_speed=values["homing_slow_speed"],
         homing_acceleration=values["homing_acceleration"],
         homing_timeout=values["homing_timeout"],
-        start_distance=values["start_distance"],
         lost_in_a_row=math.ceil(values["heartbeat_timeout"] * values["rate"]),
     )
 
