@@ -138,5 +138,5 @@ def test_settings_that_cannot_be_are_refused():
     with pytest.raises(KinematicsError, match="149 %"):
         settings(bitrate=250_000)
     with pytest.raises(KinematicsError, match="2147483647 counts"):
-        settings(drives=(*drives[:2], replace(drives[2], units=DriveUnits(10_000, 1))))
+        settings(drives=(*drives[:2], replace(drives[2], units=DriveUnits(4000, 1), brake=0.1)))
     assert "74 %" in GroupRig(bitrate=500_000).off().group.remarks[0]

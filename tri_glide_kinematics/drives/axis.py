@@ -134,7 +134,7 @@ class Axis:
         if answers or not is_cycling:
             self._answered_at = now
         # Answers that come late come all at once.
-        self._surplus = max(-self.group.lost_in_a_row, self._surplus + answers - 1)
+        self._surplus = max(-self.group.lost_in_a_row, self._surplus + answers - is_cycling)
 
     def _measure(self, status: Status) -> None:
         self.status_word, self.state = status.status_word, state_of(status.status_word)

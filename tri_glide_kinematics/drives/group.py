@@ -456,7 +456,7 @@ class DriveGroup:
         self._turn_on()
 
     def _coming_into_the_travel(self) -> Steps:
-        """Go down together, as the switches are above it."""
+        """Go down together, as the switches may be above it."""
         settings, starts = self._settings, list(self._targets or ())
         heights = [axis.height_of(start) for axis, start in zip(self._axes, starts)]
         ends = [axis.settings.upper_height for axis in self._axes]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable
 from dataclasses import dataclass
 from enum import Enum, auto
 from fractions import Fraction
@@ -24,7 +24,6 @@ ABSENT = (0x06020000, 0x06090011)
 # Of a COB-ID: the PDO is not used; it is not asked for by remote frames, as a drive likes.
 INVALID = 1 << 31
 NO_REMOTE = 1 << 30
-PDOS = 4
 
 # Command of NMT to be pre-operational.
 PREPARE = 128
@@ -34,13 +33,22 @@ MARK = Entry(0x6081, 0, 4)
 
 
 class Need(Enum):
-    """What follows where a drive has not an entry."""
+    """What follows where a drive lacks an entry.
 
-    REFUSED = auto()
+    Attributes:
+        REST: it is refused, as it might not come to rest.
+        TOLD: a remark.
+        NOTHING: nothing.
+        STEP: nothing, and it is not read back: other entries, which are, need it before them.
+    """
+
+    REST = auto()
     TOLD = auto()
     NOTHING = auto()
-    # Only a step towards other entries, which are read back.
     STEP = auto()
+
+
+_REST = Need.REST
 
 
 @dataclass(frozen=True)
@@ -48,18 +56,27 @@ class Setting:
     """A value for an entry.
 
     Attributes:
-        entry: that is written and read back.
+        index: of the object.
+        subindex: in the object.
+        kind: size in bytes, negative where its number has a sign.
         value: for it.
         name: for people.
         need: what follows where it is absent.
         kept: bits that stay as they are in the drive.
     """
 
-    entry: Entry
+    index: int
+    subindex: int
+    kind: int
     value: int
     name: str
     need: Need = Need.TOLD
     kept: int = 0
+
+    @property
+    def entry(self) -> Entry:
+        """What is written and read back."""
+        return Entry(self.index, self.subindex, abs(self.kind), self.kind < 0)
 
 
 def set_up(axis: Axis, mark: int) -> Generator[None, None, list[str]]:
@@ -93,11 +110,13 @@ def set_up(axis: Axis, mark: int) -> Generator[None, None, list[str]]:
     return (yield from apply(axis, _settings(axis, power.value)))
 
 
-def travel(drive: DriveSettings, is_homed: bool) -> Iterable[Setting]:
+def travel(drive: DriveSettings, is_homed: bool) -> list[Setting]:
     """Return the limits of the software: before homing their numbers would mean nothing."""
-    ends = drive.travel if is_homed else (-(1 << 31), (1 << 31) - 1)
-    for subindex, (end, name) in enumerate(zip(ends, ("smallest", "largest")), 1):
-        yield Setting(Entry(0x607D, subindex, 4, True), end, f"{name} position")
+    smallest, largest = drive.travel if is_homed else (-(1 << 31), (1 << 31) - 1)
+    return [
+        Setting(0x607D, 1, -4, smallest, "smallest position"),
+        Setting(0x607D, 2, -4, largest, "largest position"),
+    ]
 
 
 def apply(axis: Axis, settings: Iterable[Setting]) -> Generator[None, None, list[str]]:
@@ -121,7 +140,7 @@ def _apply(axis: Axis, setting: Setting) -> Generator[None, None, str]:
         return ""
     found = yield from axis.read(entry)
     if found.abort_code in ABSENT:
-        if setting.need is Need.REFUSED:
+        if setting.need is _REST:
             raise axis.error(f"lacks {named}, without which it may not come to rest by itself")
         return f"lacks {named}" if setting.need is Need.TOLD else ""
     why = f" ({written.error})" if written.error else ""
@@ -132,79 +151,65 @@ def _apply(axis: Axis, setting: Setting) -> Generator[None, None, str]:
     return ""
 
 
-def _settings(axis: Axis, power: int) -> Iterable[Setting]:
+def _settings(axis: Axis, power: int) -> list[Setting]:
     """Return all settings in their order; ``power`` of ten of the period as it is in the drive."""
-    refused, nothing = Need.REFUSED, Need.NOTHING
-    drive, group = axis.settings, axis.group
-    node, period = drive.node, group.exact_period
-    milliseconds = int(1000 * group.consumer_time)
-    yield Setting(Entry(0x1005, 0, 4), 0x80, "COB-ID of SYNC, not sent", nothing, kept=INVALID)
-    yield Setting(Entry(0x1014, 0, 4), 0x80 + node, "COB-ID of EMCY", nothing)
-    yield Setting(
-        Entry(0x1016, 1, 4), group.own_node << 16 | milliseconds, "heartbeat consumer", refused
-    )
-    yield Setting(Entry(0x1017, 0, 2), milliseconds // 3, "heartbeat producer")
-    # Who has lost the computer shall not take targets from it when it comes back.
-    yield Setting(Entry(0x1029, 1, 1), 0, "pre-operational after a communication error")
-    yield Setting(Entry(0x1006, 0, 4), int(period * 10**6), "communication cycle period")
-    yield from _pdo(0x1400, 0x200 + node, (0x60400010, 0x607A0020))
-    yield from _pdo(0x1800, 0x180 + node, (0x60410010, 0x60640020))
-    if group.sends_velocity:
-        yield from _pdo(0x1401, 0x300 + node, (0x60B10020,))
-    for number in range(1, PDOS):
-        if number > 1 or not group.sends_velocity:
-            yield _unused(0x1400 + number)
-        yield _unused(0x1800 + number)
-    yield from (
-        Setting(Entry(index, 0, 2, True), value, name, need)
-        for index, value, name, need in (
-            (0x6007, 3, "quick stop where the connection is lost", refused),
-            (0x605A, 6, "quick stop that holds", refused),
-            (0x605B, 1, "shutdown brakes", Need.TOLD),
-            (0x605C, 1, "disable operation brakes", Need.TOLD),
-            (0x605E, 2, "fault reaction is a quick stop", Need.TOLD),
-        )
-    )
-    # The power of ten that the drive has is kept where it can tell the period.
+    drive, group, rate_of = axis.settings, axis.group, axis.settings.units.rate_of
+    node, period, milliseconds = drive.node, group.exact_period, int(1000 * group.consumer_time)
+    # It is kept where it can tell the period.
     for exponent in (power, -3, -4):
         time = period * Fraction(10) ** -exponent
         if time.denominator == 1 and 1 <= time <= 255:
             break
-    yield Setting(Entry(0x60C2, 1, 1), int(time), "interpolation time")
-    yield Setting(Entry(0x60C2, 2, 1, True), exponent, "power of ten of the interpolation time")
-    rates = (
-        (0x6084, 0, drive.brake, "profile deceleration"),
-        (0x6085, 0, drive.brake, "quick stop deceleration"),
-        (0x6099, 1, group.homing_speed, "homing speed"),
-        (0x6099, 2, group.homing_slow_speed, "homing speed at the switch"),
-        (0x609A, 0, group.homing_acceleration, "homing acceleration"),
-    )
-    for index, subindex, rate, name in rates:
-        yield Setting(Entry(index, subindex, 4), drive.units.rate_of(rate), name)
-    yield Setting(Entry(0x6098, 0, 1, True), drive.method, "homing method")
-    yield Setting(Entry(0x607C, 0, 4, True), 0, "home offset")
-    yield from travel(drive, axis.is_homed)
+    settings = [
+        Setting(0x1005, 0, 4, 0x80, "COB-ID of SYNC, not sent", Need.NOTHING, INVALID),
+        Setting(0x1014, 0, 4, 0x80 + node, "COB-ID of EMCY", Need.NOTHING),
+        Setting(0x1016, 1, 4, group.own_node << 16 | milliseconds, "heartbeat consumer", _REST),
+        Setting(0x1017, 0, 2, milliseconds // 3, "heartbeat producer"),
+        # Who has lost the computer shall not take targets from it when it comes back.
+        Setting(0x1029, 1, 1, 0, "pre-operational after a communication error"),
+        Setting(0x1006, 0, 4, int(period * 10**6), "communication cycle period"),
+        *_pdo(0x1400, 0x200 + node, 0x60400010, 0x607A0020),
+        *_pdo(0x1800, 0x180 + node, 0x60410010, 0x60640020),
+        *(_pdo(0x1401, 0x300 + node, 0x60B10020) if group.sends_velocity else ()),
+        # Others are switched off: they might have a COB-ID of these.
+        *(
+            Setting(pdo, 1, 4, INVALID, "COB-ID of an unused PDO", Need.NOTHING, INVALID - 1)
+            for pdo in (0x1401, 0x1402, 0x1403, 0x1801, 0x1802, 0x1803)
+            if pdo != 0x1401 or not group.sends_velocity
+        ),
+        Setting(0x6007, 0, -2, 3, "quick stop where the connection is lost", _REST),
+        Setting(0x605A, 0, -2, 6, "quick stop that holds", _REST),
+        Setting(0x605B, 0, -2, 1, "shutdown brakes"),
+        Setting(0x605C, 0, -2, 1, "disable operation brakes"),
+        Setting(0x605E, 0, -2, 2, "fault reaction is a quick stop"),
+        Setting(0x60C2, 1, 1, int(time), "interpolation time"),
+        Setting(0x60C2, 2, -1, exponent, "power of ten of the interpolation time"),
+        Setting(0x6084, 0, 4, rate_of(drive.brake), "profile deceleration"),
+        Setting(0x6085, 0, 4, rate_of(drive.brake), "quick stop deceleration"),
+        Setting(0x6098, 0, -1, drive.method, "homing method"),
+        Setting(0x6099, 1, 4, rate_of(group.homing_speed), "homing speed"),
+        Setting(0x6099, 2, 4, rate_of(group.homing_slow_speed), "homing speed at the switch"),
+        Setting(0x609A, 0, 4, rate_of(group.homing_acceleration), "homing acceleration"),
+        Setting(0x607C, 0, -4, 0, "home offset"),
+        *travel(drive, axis.is_homed),
+    ]
     if drive.largest_torque is not None:
-        yield Setting(Entry(0x6072, 0, 2), drive.largest_torque, "largest torque")
+        settings.append(Setting(0x6072, 0, 2, drive.largest_torque, "largest torque"))
     if drive.largest_error is not None:
-        error = drive.units.rate_of(drive.largest_error)
-        yield Setting(Entry(0x6065, 0, 4), error, "following error window")
+        window = rate_of(drive.largest_error)
+        settings.append(Setting(0x6065, 0, 4, window, "following error window"))
+    return settings
 
 
-def _pdo(parameters: int, cob_id: int, mapped: Sequence[int]) -> Iterable[Setting]:
+def _pdo(parameters: int, cob_id: int, *mapped: int) -> list[Setting]:
     """Return what has a PDO carry ``mapped`` objects, for each SYNC."""
     mapping = parameters + 0x200
-    used, count = Entry(parameters, 1, 4), Entry(mapping, 0, 1)
-    yield Setting(used, cob_id | INVALID, "off", Need.STEP, kept=NO_REMOTE)
-    yield Setting(count, 0, "empty", Need.STEP)
-    for subindex, what in enumerate(mapped, 1):
-        yield Setting(Entry(mapping, subindex, 4), what, "mapped object", Need.REFUSED)
-    yield Setting(count, len(mapped), "number of mapped objects", Need.REFUSED)
-    yield Setting(Entry(parameters, 2, 1), 1, "transmission type", Need.REFUSED)
-    yield Setting(used, cob_id, "COB-ID", Need.REFUSED, kept=NO_REMOTE)
-
-
-def _unused(parameters: int) -> Setting:
-    """Return what switches a PDO off, whose COB-ID another one might have."""
-    name = "COB-ID of an unused PDO"
-    return Setting(Entry(parameters, 1, 4), INVALID, name, Need.NOTHING, kept=INVALID - 1)
+    count = len(mapped)
+    return [
+        Setting(parameters, 1, 4, cob_id | INVALID, "off", Need.STEP, NO_REMOTE),
+        Setting(mapping, 0, 1, 0, "empty", Need.STEP),
+        *(Setting(mapping, i, 4, each, "mapped object", _REST) for i, each in enumerate(mapped, 1)),
+        Setting(mapping, 0, 1, count, "number of mapped objects", _REST),
+        Setting(parameters, 2, 1, 1, "transmission type", _REST),
+        Setting(parameters, 1, 4, cob_id, "COB-ID", _REST, NO_REMOTE),
+    ]
