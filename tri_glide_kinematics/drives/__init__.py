@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.load import bus_load as bus_load
     from tri_glide_kinematics.drives.playout import Playout as Playout
     from tri_glide_kinematics.drives.playout import Setpoint as Setpoint
+    from tri_glide_kinematics.drives.playout import SetpointRefusedError as SetpointRefusedError
+    from tri_glide_kinematics.drives.playout import farthest_off as farthest_off
     from tri_glide_kinematics.drives.simulated import DriveFaults as DriveFaults
     from tri_glide_kinematics.drives.simulated import SimulatedDrive as SimulatedDrive
     from tri_glide_kinematics.drives.simulated_axis import Slider as Slider
