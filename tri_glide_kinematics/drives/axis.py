@@ -23,8 +23,8 @@ ATTEMPTS = 3
 # Noise of the encoder is averaged over so many positions.
 AVERAGED = 32
 
-# More answers than SYNCs, by so many: late ones leave no such surplus, a second drive does.
-SURPLUS = 20
+# More answers than SYNCs, by so many, come of a second drive; those of so many SYNCs may be late.
+SURPLUS, LATE = 20, 500
 
 # States of NMT.
 BOOT_UP, OPERATIONAL = 0, 5
@@ -133,8 +133,7 @@ class Axis:
                     self.has_restarted, self.is_homed = True, False
         if answers or not is_cycling:
             self._answered_at = now
-        # Answers that come late come all at once.
-        self._surplus = max(-SURPLUS, self._surplus + answers - is_cycling)
+        self._surplus = max(-LATE, self._surplus + answers - is_cycling)
 
     def _measure(self, status: Status) -> None:
         self.status_word, self.state = status.status_word, state_of(status.status_word)

@@ -32,6 +32,9 @@ ANSWERING = 2.0
 CONFIRMING = 2.0
 LEADING = 3.0
 
+# A drive that has come to its target is no farther from it [m].
+NEAR = 0.001
+
 # Targets go no faster than so many times the largest speed.
 JUMP = 1.6
 
@@ -457,23 +460,23 @@ class DriveGroup:
 
     def _coming_into_the_travel(self) -> Steps:
         """Go down together, as the switches may be above it."""
-        settings, starts = self._settings, list(self._targets or ())
+        settings, starts = self._settings, self._targets or []
         heights = [axis.height_of(start) for axis, start in zip(self._axes, starts)]
-        ends = [axis.settings.upper_height for axis in self._axes]
-        way = max(0.0, *(height - end for height, end in zip(heights, ends)))
+        above = [h - axis.settings.upper_height for axis, h in zip(self._axes, heights)]
+        way = max(0.0, *above)
         # Greatest speed and acceleration of the polynomial below, for a way and a time of 1.
-        seconds = max(
-            1.875 * way / settings.homing_speed,
-            math.sqrt(5.774 * way / settings.homing_acceleration),
-        )
-        cycles = math.ceil(seconds / settings.period)
+        braking = math.sqrt(5.774 * way / settings.homing_acceleration)
+        cycles = math.ceil(max(1.875 * way / settings.homing_speed, braking) / settings.period)
         for cycle in range(1, cycles + 1):
             part = cycle / cycles
             gone = way * part**3 * (10.0 + part * (6.0 * part - 15.0))
-            self._targets = [
-                axis.count_of(height - gone) for axis, height in zip(self._axes, heights)
-            ]
+            self._targets = [axis.count_of(h - gone) for axis, h in zip(self._axes, heights)]
             yield
+        yield from self._until(self._is_at_target, ANSWERING, "where it was sent")
+
+    def _is_at_target(self, axis: Axis) -> bool:
+        target = self._targets[axis.number - 1] if self._targets else axis.positions[-1]
+        return abs(axis.positions[-1] - target) <= NEAR * axis.per_metre
 
     def _braking(self) -> Steps:
         yield from self._wait(self._rests_at)
@@ -504,16 +507,16 @@ class DriveGroup:
         return self._together(lambda axis: self._confirmed_mode(axis, mode))
 
     def _confirmed_mode(self, axis: Axis, mode: Mode) -> Generator[None, None, list[str]]:
-        written = yield from axis.write(cia402.MODE, mode)
         end = self._now + CONFIRMING
         while True:
+            # A drive may refuse it until it has come to rest.
+            written = yield from axis.write(cia402.MODE, mode)
             shown = yield from axis.read(cia402.MODE_SHOWN)
             if not shown.error and shown.value == mode:
                 return []
             if self._now > end:
-                why = written.error or shown.error
                 text = f"shows mode {shown.value} (0x6061), {mode.value} was asked for (0x6060)"
-                raise axis.error(f"{text}: {why}" if why else text)
+                raise axis.error(f"{text} {written.error}".rstrip())
 
     def _together(
         self, begin: Callable[[Axis], Generator[None, None, list[str]]], cause: str = ""
@@ -527,7 +530,7 @@ class DriveGroup:
                 except StopIteration as end:
                     self.remarks += end.value
                     del tasks[axis]
-            if cause:
+            if cause and tasks:
                 self._cause = cause + ", ".join(axis.name for axis in tasks)
             yield
 

@@ -104,7 +104,7 @@ class GroupSettings:
     homing_slow_speed: float = 0.005
     homing_acceleration: float = 0.5
     homing_timeout: float = 60.0
-    back_off: float = 0.03
+    back_off: float = 0.05
     lost_in_a_row: int = 5
 
     def __post_init__(self) -> None:
