@@ -26,7 +26,7 @@ from tri_glide_kinematics.vectors import FloatArray
 RATE = 500.0  # of setpoints [1/s]
 DURATION = 20.0  # of a recording [s]
 NAP = 0.0002  # between two looks [s]
-SLOWLY = 0.01  # speed scale of a motion that lasts longer
+SLOWLY = 0.005  # speed scale of a motion that lasts longer
 
 
 def calculate() -> None:
@@ -79,7 +79,7 @@ def main() -> None:
         name: np.where(np.isnan(delays), -1.0, np.round(1e6 * delays)).astype(np.int32)
         for name, delays in (("quiet", quiet), ("loaded", loaded))
     }
-    np.savez_compressed(sys.argv[1], **numbers)
+    np.savez_compressed(sys.argv[1], quiet=numbers["quiet"], loaded=numbers["loaded"])
 
 
 if __name__ == "__main__":

@@ -32,6 +32,7 @@ def controller_of(
     on_refusal: Callable[[str, Refusal], None] = lambda text, refusal: None,
     *,
     start_disabled: bool = False,
+    drive_delay: float = 0.0,
 ) -> MotionController:
     """Return a controller of an ``engine``, which tells states and refusals."""
     return MotionController(
@@ -44,4 +45,5 @@ def controller_of(
         travel=(LOWER, UPPER),
         on_change=on_change,
         on_refusal=on_refusal,
+        drive_delay=drive_delay,
     )

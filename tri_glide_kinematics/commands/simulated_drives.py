@@ -116,13 +116,16 @@ def _serve(drives: Mapping[int, SimulatedDrive], links: Sequence[Path]) -> None:
 
     try:
         for link, path in zip(links, terminals.paths):
-            link.unlink(missing_ok=True)
+            # That of one that was killed.
+            if link.is_symlink():
+                link.unlink()
             link.symlink_to(path)
         print("drives at", *(links or terminals.paths), flush=True)
         terminals.serve(list(drives.values()), look)
     finally:
-        for link in links:
-            link.unlink(missing_ok=True)
+        for link, path in zip(links, terminals.paths):
+            if link.is_symlink() and str(link.readlink()) == path:
+                link.unlink()
         terminals.close()
 
 

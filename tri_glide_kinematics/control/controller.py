@@ -34,6 +34,7 @@ from tri_glide_kinematics.control.operation import (
     StartingPlace,
 )
 from tri_glide_kinematics.control.supervision import Streams, Supervisor
+from tri_glide_kinematics.control.underway import Underway
 from tri_glide_kinematics.errors import Refusal
 from tri_glide_kinematics.motion.engine import (
     GoalCode,
@@ -65,7 +66,7 @@ class MotionController:
     Attributes:
         streams: of what has to be renewed; their timeouts can be changed.
         newest_target: when it counts as reached can be changed.
-        passed_outputs: of the path, where the setpoint has just been; who tells them clears it.
+        passed_outputs: of the path, where the motors have just been; who tells them clears it.
         move_to, jog, track, follow, follow_pose, set_limits, set_teach_mode: motions, as
             ``CommandedMotion`` says.
         pursue, pursue_position, pause, resume, cancel, leads_to: motions whose end somebody waits
@@ -85,6 +86,7 @@ class MotionController:
         travel: tuple[Sequence[float], Sequence[float]],
         on_change: Callable[[ControllerStatus], None],
         on_refusal: Callable[[str, Refusal], None],
+        drive_delay: float = 0.0,
     ) -> None:
         """Wait for the machine, or to be enabled.
 
@@ -98,6 +100,7 @@ class MotionController:
             travel: lower and upper ends of the sliders' travel, each of shape (3,) [m].
             on_change: gets the first status, and each one with another state or reason.
             on_refusal: gets why a command that had waited is refused, in words and for programs.
+            drive_delay: from a setpoint to the motors [s].
         """
         first = (DISABLED, STARTED_DISABLED) if start_disabled else (WAITING, NO_MEASUREMENT)
         self.streams = streams
@@ -110,7 +113,8 @@ class MotionController:
         self._states = StateMachine(*first, lambda: on_change(self.status))
         self._start = StartingPlace(supervisor, travel)
         parts = (engine, self._queue, self._states, streams, self.newest_target)
-        self._operation = operation = Operation(*parts, self._start)
+        self._underway = Underway(drive_delay)
+        self._operation = operation = Operation(*parts, self._start, self._underway)
         self._motion = motion = CommandedMotion(*parts, operation, on_refusal)
         # The parts' own methods: each signature stands in one place.
         self.stop, self.enable, self.disable = operation.stop, operation.enable, operation.disable
@@ -167,8 +171,9 @@ class MotionController:
 
     @property
     def rests(self) -> bool:
-        """Whether the setpoints stand still, or there are none."""
-        return not self.leads or self._engine.phase is MotionPhase.IDLE
+        """Whether setpoints and motors stand still, or there are no setpoints."""
+        is_idle = self._engine.phase is MotionPhase.IDLE
+        return not self.leads or (is_idle and not self._underway.moves)
 
     @property
     def failure(self) -> BrokenError | None:
@@ -254,7 +259,7 @@ class MotionController:
         if not operation.leads:
             return None
         setpoint = self._step()
-        operation.commanded = setpoint.heights
+        self._underway.send(setpoint.heights, now)
         try:
             if operation.failure is None:
                 self._look_after(now)
@@ -280,7 +285,7 @@ class MotionController:
         operation = self._operation
         if not operation.leads:
             self._supervisor.restart()
-        reason = self._supervisor.measured(heights, operation.commanded, now, stamp)
+        reason = self._supervisor.measured(heights, self._underway.at_motors(now), now, stamp)
         self._start.measured(heights)
         if operation.leads:
             if reason is not None:
@@ -329,7 +334,8 @@ class MotionController:
         self._motion.look_after()
         if self.newest_target.outputs:
             self._pass_outputs()
-        if self._engine.phase is MotionPhase.IDLE and self._queue.target is None:
+        self.passed_outputs += self._underway.passed_outputs()
+        if self.rests and self._queue.target is None:
             self._stand_still(now)
             if self.newest_target.cancelled:
                 self.newest_target.come_to_rest(now)
@@ -342,7 +348,7 @@ class MotionController:
             outputs.clear()
         place = engine.path_place + NOT_APART
         while outputs and outputs[0][0] <= place:
-            self.passed_outputs.append(outputs.popleft()[1])
+            self._underway.pass_output(outputs.popleft()[1])
 
     def _stand_still(self, now: float) -> None:
         """Go on from the present state, as the setpoints stand still and no target waits."""

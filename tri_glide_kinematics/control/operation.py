@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.command_queue import CommandQueue
     from tri_glide_kinematics.control.newest_target import NewestTarget
     from tri_glide_kinematics.control.supervision import Streams, Supervisor
+    from tri_glide_kinematics.control.underway import Underway
 
 NO_MEASUREMENT = Reason(Cause.NO_MEASUREMENT, "no measured slider heights yet")
 MEASURED = Reason(Cause.MEASUREMENT, "measured slider heights received")
@@ -116,7 +117,7 @@ class Operation:
 
     Attributes:
         leads: whether there is a setpoint in each cycle.
-        commanded: heights of the latest setpoint. Shape (3,) [m]; None while there is none.
+        underway: setpoints on their way to the motors.
         failure: what is broken in here; None as long as nothing is.
         stops: how often a stop was asked for, a program was lost, the lead was taken away, or a
             fault came; also while nothing moved.
@@ -130,6 +131,7 @@ class Operation:
         streams: Streams,
         newest_target: NewestTarget,
         start: StartingPlace,
+        underway: Underway,
     ) -> None:
         """Lead no machine yet.
 
@@ -140,9 +142,10 @@ class Operation:
             streams: need a release after a stop.
             newest_target: is judged no more when the lead ends.
             start: from where the machine can be led.
+            underway: is empty while the machine is not led.
         """
         self.leads = False
-        self.commanded: Vector3 | None = None
+        self.underway = underway
         self.failure: BrokenError | None = None
         self.stops = 0
         self._engine = engine
@@ -160,7 +163,7 @@ class Operation:
             KinematicsError: if that is no place to start from.
         """
         if self._states.state is WAITING and self._start.obstacle is None:
-            self._lead(self._start.checked(now), MEASURED)
+            self._lead(now, MEASURED)
 
     def stop(self, why: Reason = STOP_ASKED) -> str:
         """Ramp to a stop, and return what happens in words.
@@ -205,7 +208,7 @@ class Operation:
             return f"is enabled already: {state.value}"
         if self.leads:
             raise CommandRefusedError(RAMP_NOT_OVER, Refusal.STOPPING)
-        self._lead(self._start.checked(now), ENABLED)
+        self._lead(now, ENABLED)
         return "enabled"
 
     def disable(self) -> str:
@@ -304,14 +307,15 @@ class Operation:
     def end_lead(self) -> None:
         """Lead the machine no more; it stands still."""
         self.leads = False
-        self.commanded = None
+        self.underway.clear()
         self._newest_target.end()
 
-    def _lead(self, heights: Vector3, reason: Reason) -> None:
+    def _lead(self, now: float, reason: Reason) -> None:
+        heights = self._start.checked(now)
         self._engine.start(heights)
         # So that whoever listens gets the place from which the machine sets off.
         self._queue.rest_first()
-        self.commanded = heights
+        self.underway.send(heights, now)
         self.leads = True
         self._states.change(IDLE, reason)
 

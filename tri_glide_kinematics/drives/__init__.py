@@ -33,12 +33,16 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.load import bus_load as bus_load
     from tri_glide_kinematics.drives.playout import Playout as Playout
     from tri_glide_kinematics.drives.playout import Setpoint as Setpoint
+    from tri_glide_kinematics.drives.playout import SetpointRefusedError as SetpointRefusedError
+    from tri_glide_kinematics.drives.playout import farthest_off as farthest_off
     from tri_glide_kinematics.drives.simulated import DriveFaults as DriveFaults
     from tri_glide_kinematics.drives.simulated import SimulatedDrive as SimulatedDrive
     from tri_glide_kinematics.drives.simulated_axis import Slider as Slider
     from tri_glide_kinematics.drives.simulated_axis import State as State
     from tri_glide_kinematics.drives.simulated_axis import Switch as Switch
+    from tri_glide_kinematics.drives.slcan import LineReader as LineReader
     from tri_glide_kinematics.drives.slcan import Terminals as Terminals
+    from tri_glide_kinematics.drives.slcan import encoded as encoded
     from tri_glide_kinematics.drives.units import DriveUnits as DriveUnits
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

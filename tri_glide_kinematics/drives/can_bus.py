@@ -77,9 +77,17 @@ class _SerialAdapter(_Adapter):
     """The interface slcan: python-can would wait for the line, and take a call for each byte."""
 
     def __init__(self, bus: Any) -> None:
+        import can
+
         super().__init__(bus)
+        # Else it would write to the line when nobody needs it any more, and wait for that.
+        can.BusABC.shutdown(bus)
         self._file = bus.fileno()
         self._reader = LineReader()
+        # Nothing to read is told apart from a line that is gone.
+        settings = termios.tcgetattr(self._file)
+        settings[6][termios.VMIN] = 1
+        termios.tcsetattr(self._file, termios.TCSANOW, settings)
 
     def send(self, frames: Sequence[Frame]) -> None:
         text = encoded(frames)
@@ -87,17 +95,18 @@ class _SerialAdapter(_Adapter):
             raise OSError("the adapter takes no frame any more")
 
     def read(self) -> list[Frame]:
-        with suppress(BlockingIOError):
-            frames = self._reader.frames(os.read(self._file, 65536))
-            if self._reader.refusals > MOST_REFUSALS:
-                raise OSError("the adapter refuses frames")
-            return frames
-        return []
+        try:
+            data = os.read(self._file, 65536)
+        except BlockingIOError:
+            return []
+        if not data:
+            raise OSError("the adapter is gone")
+        frames = self._reader.frames(data)
+        if self._reader.refusals > MOST_REFUSALS:
+            raise OSError("the adapter refuses frames")
+        return frames
 
     def close(self) -> None:
-        import can
-
-        can.BusABC.shutdown(self._bus)
         # Before what closes the line waits for it: nothing is sent late.
         with suppress(termios.error):
             termios.tcflush(self._file, termios.TCOFLUSH)

@@ -20,14 +20,14 @@ from tri_glide_kinematics.vectors import Vector3, combined, scaled, three
 from tri_glide_kinematics.wording import number_text
 
 # The delay goes back to what it shall be within about twice the first time, and the rate follows
-# within the second: critically damped, so slow that targets hardly feel it [s].
-RETURN_TIME, RATE_TIME = 0.2, 0.05
+# within the second: damped, and so slow that targets hardly feel it [s].
+RETURN_TIME, RATE_TIME = 0.06, 0.03
 # So much faster than the stream, at most, a delay that is too long is made good.
 FASTEST = 1.02
 # Changes of the rate take no more than this part of the accelerations for braking.
 SHARE = 0.5
 # Below this part of the delay, the rate gives way at the latest.
-LOW = 0.5
+LOW = 0.8
 # Steps of the stamps that differ by no more than this part are those of one period, which is the
 # mean of this many of them.
 ALIKE, LEARNED = 0.02, 1000
@@ -116,7 +116,6 @@ class Playout:
         self._head, self._rate = 0.0, 1.0
         self._looked = -math.inf
         self._target: tuple[Vector3, Vector3] | None = None
-        self._braked, self._braking = 0.0, 0.0  # so far and in all [s]
 
     @property
     def rests(self) -> bool:
@@ -210,8 +209,10 @@ class Playout:
         excess = newest.time + now - self._received - self._head - period - self._delay
         wanted = min(1.0 + excess / RETURN_TIME, FASTEST)
         wanted = rate + (wanted - rate) * min(period / RATE_TIME, 1.0)
-        to_brake = max(abs(v) / b for v, b in zip(newest.velocities, self._brake))
+        to_brake = self._to_brake(newest.velocities)
         if to_brake > 0.0:
+            if self._target is not None:
+                to_brake = max(to_brake, self._to_brake(self._target[1]) / rate)
             low = min(to_brake / (2.0 * SHARE), LOW * self._delay)
             left = max(newest.time - self._head, 0.0)
             change = SHARE * period / to_brake
@@ -240,18 +241,21 @@ class Playout:
             velocities.append(self._rate * rise / span)
         return three(heights), three(velocities)
 
+    def _to_brake(self, velocities: Vector3) -> float:
+        """Return the time in which all sliders brake from their ``velocities`` [s]."""
+        return max(abs(v) / b for v, b in zip(velocities, self._brake))
+
     def _run_dry(self, target: tuple[Vector3, Vector3]) -> None:
         """Begin to brake from a ``target``: its heights and velocities."""
-        self.has_run_dry, self._target = True, target
-        self._braking = max(abs(v) / b for v, b in zip(target[1], self._brake))
-        self._from, self._braked = target, 0.0
+        self.has_run_dry, self._from = True, target
+        self._braking, self._braked = self._to_brake(target[1]), 0.0
 
     def _braking_on(self) -> tuple[Vector3, Vector3]:
         """Return the next target of a braking: all sliders come to rest at the same time."""
-        self._braked = min(self._braked + self._period, self._braking)
         heights, velocities = self._from
         if self._braking == 0.0:
             return self._from
+        self._braked = min(self._braked + self._period, self._braking)
         left = 1.0 - self._braked / self._braking
         time = self._braked * (1.0 + left) / 2.0
         return combined(1.0, heights, time, velocities), scaled(velocities, left)

@@ -301,6 +301,7 @@ class SimulatedDrive:
         if self.network_state == BOOTING:
             if self._now >= self._boots_at:
                 self.network_state = PRE_OPERATIONAL
+                self.history.append((self._now, "booted"))
                 self._send(CobId.HEARTBEAT + self.node, b"\0")
             return
         if self._now >= self._beats_at:

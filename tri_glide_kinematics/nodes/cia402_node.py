@@ -103,6 +103,7 @@ class Cia402Node(Node):
         self._ends = False
         self._now = self.get_clock().now
         self._synced = self._now().nanoseconds
+        self._since = self._synced // 1_000_000_000
         message = JointState(name=self._names, position=FIRST, velocity=SECOND)
         self._message = StampedTriples(message, 2)
         self._measured = self.create_publisher(JointState, "joint_states", RELIABLE)
@@ -259,7 +260,9 @@ class Cia402Node(Node):
                 return
             if reading.velocities is None:
                 raise RefusedMessageError("joint state lacks velocities")
-            setpoint = Setpoint(reading.stamp, reading.heights, reading.velocities)
+            # Since a second of today: so a float tells a nanosecond.
+            stamp = reading.seconds - self._since + 1e-9 * reading.nanoseconds
+            setpoint = Setpoint(stamp, reading.heights, reading.velocities)
             self._group.put(setpoint, time.monotonic())
         except KinematicsError as error:
             self._refused.add(f"refused a setpoint: {error}")
@@ -285,7 +288,10 @@ class Cia402Node(Node):
             self._ends = True
             if self._homing.code is None:
                 self._cancel_homing(self._homing)
-        return self._group.state in (*LASTING, GroupState.SILENT) and not self._group.moves
+        state = self._group.state
+        if state is GroupState.ON:
+            return not self._group.moves
+        return state in LASTING or state is GroupState.SILENT
 
     def _end(self) -> None:
         self._tell(math.inf)

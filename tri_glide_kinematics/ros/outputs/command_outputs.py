@@ -44,7 +44,8 @@ class CommandOutputs:
 
     def __init__(self, node: Node, values: Values) -> None:
         """Create the publishers on ``node``."""
-        self._clock = node.get_clock()
+        self._now = node.get_clock().now
+        self._is_simulated: bool = node.get_parameter("use_sim_time").value
         self._times = NominalTime(1.0 / values["rate"])
         self._joint_names = list(values["joint_names"])
         self._base_frame = values["base_frame"]
@@ -89,9 +90,9 @@ class CommandOutputs:
         """
         heights = minus(setpoint.heights, self._offsets)
         if self._joint_states is not None:
-            now = self._clock.now().nanoseconds
+            now = self._now().nanoseconds
             # Simulated time need not pass as the motion does.
-            if not self._clock.ros_time_is_active:
+            if not self._is_simulated:
                 now = self._times.stamp(setpoint.velocities, now)
             stamp = divmod(now, 1_000_000_000)
             numbers = heights, setpoint.velocities
