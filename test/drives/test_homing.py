@@ -32,7 +32,7 @@ def all_stop_within(rig: GroupRig, seconds: float) -> None:
 def test_heights_are_right_to_a_count_wherever_it_begins():
     """A tenth of the starts is on the switch, and encoders have noise of half a count."""
     rng = random.Random(seed(2))
-    for _ in range(many(40)):
+    for _ in range(many(20)):
         heights = tuple(rng.uniform(0.8, 0.89) for _ in range(3))
         rig = homing(heights)
         for drive in rig.drives:

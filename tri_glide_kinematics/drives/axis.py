@@ -16,6 +16,7 @@ from tri_glide_kinematics.drives.bus import (
 )
 from tri_glide_kinematics.drives.cia402 import ERROR_CODE, FAULTS, DriveError, DriveState, state_of
 from tri_glide_kinematics.drives.group_settings import GroupSettings
+from tri_glide_kinematics.drives.units import LARGEST_COUNT
 
 # So often a transfer is tried that is not answered.
 ATTEMPTS = 3
@@ -112,8 +113,9 @@ class Axis:
         return self.settings.units.counts_of(min(max(height, low), high), self.settings.home_height)
 
     def rate_of(self, velocity: float) -> int:
-        """Return a velocity [m/s] in counts/s."""
-        return round(self.settings.units.direction * velocity * self.per_metre)
+        """Return a velocity [m/s] in counts/s, as far as the drive has numbers for it."""
+        rate = round(self.settings.units.direction * velocity * self.per_metre)
+        return min(max(rate, -LARGEST_COUNT), LARGEST_COUNT)
 
     def take(self, events: list[Event], now: float, is_cycling: bool) -> None:
         """Take in what has come; with ``is_cycling``, a SYNC was sent since the last call."""

@@ -15,9 +15,8 @@ from tri_glide_kinematics.drives import cia402
 from tri_glide_kinematics.drives.axis import AVERAGED, OPERATIONAL, Axis, Steps
 from tri_glide_kinematics.drives.bus import Bus, BusError, Command, Event, Foreign
 from tri_glide_kinematics.drives.cia402 import FAULTS, DriveError, DriveState, Mode
-from tri_glide_kinematics.drives.group_settings import GroupSettings
+from tri_glide_kinematics.drives.group_settings import LARGEST_GOOD_LOAD, GroupSettings
 from tri_glide_kinematics.drives.homing import Search
-from tri_glide_kinematics.drives.load import LARGEST_GOOD_LOAD
 from tri_glide_kinematics.drives.playout import Playout, Setpoint
 from tri_glide_kinematics.drives.set_up import apply, set_up, travel
 from tri_glide_kinematics.errors import OutOfBoundsError
