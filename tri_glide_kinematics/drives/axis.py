@@ -43,7 +43,8 @@ class Axis:
         per_metre: counts for each metre.
         state: by its newest status word; None before the first one or where it tells none.
         status_word: the newest.
-        positions: the newest ones, in counts; the newest is the last.
+        position: the newest, in counts.
+        positions: the newest ones that are averaged, the newest at last.
         velocity: from one SYNC to the next [m/s].
         network_state: by its newest heartbeat; None before the first one.
         has_restarted: whether it has told its start.
@@ -67,8 +68,8 @@ class Axis:
         """Forget what the drive has told: it will be set up."""
         self.state: DriveState | None = None
         self.status_word = 0
+        self.position, self.velocity = 0, 0.0
         self.positions: deque[int] = deque(maxlen=AVERAGED)
-        self.velocity = 0.0
         self.network_state: int | None = None
         self.has_restarted = False
         self._error_code: Transfer | None = None
@@ -139,11 +140,11 @@ class Axis:
 
     def _measure(self, status: Status) -> None:
         self.status_word, self.state = status.status_word, state_of(status.status_word)
-        if self.positions:
-            # In between, some may have been lost.
-            periods = max(1, round((status.time - self._measured_at) / self.group.period))
-            way = self.settings.units.direction * (status.position - self.positions[-1])
-            self.velocity = way / (self.per_metre * periods * self.group.period)
+        # In between, some may have been lost.
+        periods = max(1, round((status.time - self._measured_at) / self.group.period))
+        way = self.settings.units.direction * (status.position - self.position)
+        self.velocity = way / (self.per_metre * periods * self.group.period)
+        self.position = status.position
         self.positions.append(status.position)
         self._measured_at = status.time
 

@@ -105,8 +105,8 @@ class DriveGroup:
         self._playout = Playout(settings.playout_delay, settings.period, brake)
         self._now = -math.inf
         self._beat_at = self._rests_at = -math.inf
-        # Whether heartbeats are sent, and SYNC.
-        self._is_heard = self._is_cycling = False
+        # Whether heartbeats are sent, SYNC, and commands.
+        self._is_heard = self._is_cycling = self._is_leading = False
         self._resets = False
         # Why it is as it is, the axis that it is for, and what goes on.
         self._cause = ""
@@ -145,7 +145,7 @@ class DriveGroup:
         """Heights of the sliders [m]; None before homing, and where a drive is not heard."""
         if self.state not in _SETTLED or not self.is_homed:
             return None
-        return three(axis.height_of(axis.positions[-1]) for axis in self._axes)
+        return three(axis.height_of(axis.position) for axis in self._axes)
 
     @property
     def velocities(self) -> Vector3 | None:
@@ -179,7 +179,7 @@ class DriveGroup:
             self._send()
         except BusError as error:
             self._stop(GroupState.BUS_LOST, str(error))
-            self._is_heard = self._is_cycling = False
+            self._is_heard = self._is_cycling = self._is_leading = False
             for axis in self._axes:
                 axis.was_lost = True
 
@@ -329,12 +329,11 @@ class DriveGroup:
             # Some may be late or lost.
             self._beat_at = self._now + self._settings.consumer_time / 4
         if self._is_cycling:
-            are_known = self._targets is not None or all(axis.positions for axis in self._axes)
-            axes = enumerate(self._axes) if are_known else ()
+            axes = enumerate(self._axes) if self._is_leading else ()
             self._bus.send_cycle([self._command(i, axis) for i, axis in axes])
 
     def _command(self, i: int, axis: Axis) -> Command:
-        target = self._targets[i] if self._targets else axis.positions[-1]
+        target = self._targets[i] if self._targets else axis.position
         rate = self._rates[i] if self._settings.sends_velocity else None
         return Command(axis.settings.node, self._word(axis), target, rate)
 
@@ -388,7 +387,7 @@ class DriveGroup:
     # Procedures: each goes on once in each cycle. Those that fail raise DriveError.
 
     def _setting_up(self) -> Steps:
-        self._is_cycling = False
+        self._is_cycling = self._is_leading = False
         for axis in self._axes:
             axis.forget()
         self.remarks = []
@@ -405,6 +404,7 @@ class DriveGroup:
             axis.send_state(START)
         self._is_cycling = True
         yield from self._until(lambda axis: axis.is_up, ANSWERING, "heard to answer SYNC")
+        self._is_leading = True
         if not self._resets:
             for axis in self._axes:
                 if axis.state in (*FAULTS, DriveState.QUICK_STOP):
@@ -439,6 +439,8 @@ class DriveGroup:
         self._is_enabled = True
 
     def _looking_for_switches(self) -> Steps:
+        # Limits of the travel that the drive has had up to now.
+        yield from self._together(lambda axis: apply(axis, travel(axis.settings, False)))
         yield from self._to_operation(Mode.HOMING)
         self._searches = [Search(axis, self._now) for axis in self._axes]
         self._tell(cia402.START_HOMING)
@@ -474,8 +476,8 @@ class DriveGroup:
         yield from self._until(self._is_at_target, ANSWERING, "where it was sent")
 
     def _is_at_target(self, axis: Axis) -> bool:
-        target = self._targets[axis.number - 1] if self._targets else axis.positions[-1]
-        return abs(axis.positions[-1] - target) <= NEAR * axis.per_metre
+        target = self._targets[axis.number - 1] if self._targets else axis.position
+        return abs(axis.position - target) <= NEAR * axis.per_metre
 
     def _braking(self) -> Steps:
         yield from self._wait(self._rests_at)
