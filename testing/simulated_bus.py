@@ -121,7 +121,8 @@ class SimulatedBus:
         transfer, writes = waiting[0]
         entry = transfer.entry
         time = self.now - self._begun[drive.node]
-        is_silent = self.is_off or not drive.answers
+        is_lost = self.is_off or self.is_lost((CobId.ANSWER + drive.node, b""))
+        is_silent = is_lost or not drive.answers
         delay = max(self.transfer_time, drive.faults.answer_delay)
         if time < (PATIENCE if is_silent else delay):
             return

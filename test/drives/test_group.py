@@ -263,7 +263,7 @@ def test_of_two_that_lead_the_same_drives_the_second_sends_nothing():
 def test_two_drives_with_one_node_id_are_found():
     rig = GroupRig().on()
     status = bytes.fromhex("37020000000000")
-    for _ in range(30):
+    for _ in range(550):
         rig.bus.hear((0x182, status))
         rig.step()
     assert rig.group.state is GroupState.FAULT

@@ -96,7 +96,7 @@ def _serve(drives: Mapping[int, SimulatedDrive], links: Sequence[Path]) -> None:
     ended: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _: ended.append(number))
-    inputs = [sys.stdin.fileno()]
+    inputs = [sys.stdin.fileno()] if sys.stdin else []
 
     def look() -> bool:
         for node, drive in drives.items():

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.group import GroupState as GroupState
     from tri_glide_kinematics.drives.group_settings import DriveSettings as DriveSettings
     from tri_glide_kinematics.drives.group_settings import GroupSettings as GroupSettings
-    from tri_glide_kinematics.drives.load import bus_load as bus_load
+    from tri_glide_kinematics.drives.group_settings import bus_load as bus_load
     from tri_glide_kinematics.drives.playout import Playout as Playout
     from tri_glide_kinematics.drives.playout import Setpoint as Setpoint
     from tri_glide_kinematics.drives.playout import SetpointRefusedError as SetpointRefusedError

@@ -16,6 +16,7 @@ from tri_glide_kinematics.drives.bus import (
 )
 from tri_glide_kinematics.drives.cia402 import ERROR_CODE, FAULTS, DriveError, DriveState, state_of
 from tri_glide_kinematics.drives.group_settings import GroupSettings
+from tri_glide_kinematics.drives.units import LARGEST_COUNT
 
 # So often a transfer is tried that is not answered.
 ATTEMPTS = 3
@@ -23,8 +24,8 @@ ATTEMPTS = 3
 # Noise of the encoder is averaged over so many positions.
 AVERAGED = 32
 
-# More answers than SYNCs, by so many: late ones leave no such surplus, a second drive does.
-SURPLUS = 20
+# More answers than SYNCs, by so many, come of a second drive; those of so many SYNCs may be late.
+SURPLUS, LATE = 20, 500
 
 # States of NMT.
 BOOT_UP, OPERATIONAL = 0, 5
@@ -42,7 +43,8 @@ class Axis:
         per_metre: counts for each metre.
         state: by its newest status word; None before the first one or where it tells none.
         status_word: the newest.
-        positions: the newest ones, in counts; the newest is the last.
+        position: the newest, in counts.
+        positions: the newest ones that are averaged, the newest at last.
         velocity: from one SYNC to the next [m/s].
         network_state: by its newest heartbeat; None before the first one.
         has_restarted: whether it has told its start.
@@ -66,8 +68,8 @@ class Axis:
         """Forget what the drive has told: it will be set up."""
         self.state: DriveState | None = None
         self.status_word = 0
+        self.position, self.velocity = 0, 0.0
         self.positions: deque[int] = deque(maxlen=AVERAGED)
-        self.velocity = 0.0
         self.network_state: int | None = None
         self.has_restarted = False
         self._error_code: Transfer | None = None
@@ -112,8 +114,9 @@ class Axis:
         return self.settings.units.counts_of(min(max(height, low), high), self.settings.home_height)
 
     def rate_of(self, velocity: float) -> int:
-        """Return a velocity [m/s] in counts/s."""
-        return round(self.settings.units.direction * velocity * self.per_metre)
+        """Return a velocity [m/s] in counts/s, as far as the drive has numbers for it."""
+        rate = round(self.settings.units.direction * velocity * self.per_metre)
+        return min(max(rate, -LARGEST_COUNT), LARGEST_COUNT)
 
     def take(self, events: list[Event], now: float, is_cycling: bool) -> None:
         """Take in what has come; with ``is_cycling``, a SYNC was sent since the last call."""
@@ -133,16 +136,15 @@ class Axis:
                     self.has_restarted, self.is_homed = True, False
         if answers or not is_cycling:
             self._answered_at = now
-        # Answers that come late come all at once.
-        self._surplus = max(-self.group.lost_in_a_row, self._surplus + answers - is_cycling)
+        self._surplus = max(-LATE, self._surplus + answers - is_cycling)
 
     def _measure(self, status: Status) -> None:
         self.status_word, self.state = status.status_word, state_of(status.status_word)
-        if self.positions:
-            # In between, some may have been lost.
-            periods = max(1, round((status.time - self._measured_at) / self.group.period))
-            way = self.settings.units.direction * (status.position - self.positions[-1])
-            self.velocity = way / (self.per_metre * periods * self.group.period)
+        # In between, some may have been lost.
+        periods = max(1, round((status.time - self._measured_at) / self.group.period))
+        way = self.settings.units.direction * (status.position - self.position)
+        self.velocity = way / (self.per_metre * periods * self.group.period)
+        self.position = status.position
         self.positions.append(status.position)
         self._measured_at = status.time
 

@@ -217,6 +217,7 @@ class CanBus:
         for worker in self._workers.values():
             worker.shutdown(wait=False, cancel_futures=True)
         self._drop("the bus is closed")
+        self._tried_at = inf
 
     def _begin(self, node: int, transfer: PendingTransfer, *, writes: bool) -> PendingTransfer:
         self._tried(lambda adapter: None)

@@ -15,9 +15,8 @@ from tri_glide_kinematics.drives import cia402
 from tri_glide_kinematics.drives.axis import AVERAGED, OPERATIONAL, Axis, Steps
 from tri_glide_kinematics.drives.bus import Bus, BusError, Command, Event, Foreign
 from tri_glide_kinematics.drives.cia402 import FAULTS, DriveError, DriveState, Mode
-from tri_glide_kinematics.drives.group_settings import GroupSettings
+from tri_glide_kinematics.drives.group_settings import LARGEST_GOOD_LOAD, GroupSettings
 from tri_glide_kinematics.drives.homing import Search
-from tri_glide_kinematics.drives.load import LARGEST_GOOD_LOAD
 from tri_glide_kinematics.drives.playout import Playout, Setpoint
 from tri_glide_kinematics.drives.set_up import apply, set_up, travel
 from tri_glide_kinematics.errors import OutOfBoundsError
@@ -31,6 +30,9 @@ LISTENING = 0.2
 ANSWERING = 2.0
 CONFIRMING = 2.0
 LEADING = 3.0
+
+# A drive that has come to its target is no farther from it [m].
+NEAR = 0.001
 
 # Targets go no faster than so many times the largest speed.
 JUMP = 1.6
@@ -103,8 +105,8 @@ class DriveGroup:
         self._playout = Playout(settings.playout_delay, settings.period, brake)
         self._now = -math.inf
         self._beat_at = self._rests_at = -math.inf
-        # Whether heartbeats are sent, and SYNC.
-        self._is_heard = self._is_cycling = False
+        # Whether heartbeats are sent, SYNC, and commands.
+        self._is_heard = self._is_cycling = self._is_leading = False
         self._resets = False
         # Why it is as it is, the axis that it is for, and what goes on.
         self._cause = ""
@@ -143,7 +145,7 @@ class DriveGroup:
         """Heights of the sliders [m]; None before homing, and where a drive is not heard."""
         if self.state not in _SETTLED or not self.is_homed:
             return None
-        return three(axis.height_of(axis.positions[-1]) for axis in self._axes)
+        return three(axis.height_of(axis.position) for axis in self._axes)
 
     @property
     def velocities(self) -> Vector3 | None:
@@ -177,7 +179,7 @@ class DriveGroup:
             self._send()
         except BusError as error:
             self._stop(GroupState.BUS_LOST, str(error))
-            self._is_heard = self._is_cycling = False
+            self._is_heard = self._is_cycling = self._is_leading = False
             for axis in self._axes:
                 axis.was_lost = True
 
@@ -327,12 +329,11 @@ class DriveGroup:
             # Some may be late or lost.
             self._beat_at = self._now + self._settings.consumer_time / 4
         if self._is_cycling:
-            are_known = self._targets is not None or all(axis.positions for axis in self._axes)
-            axes = enumerate(self._axes) if are_known else ()
+            axes = enumerate(self._axes) if self._is_leading else ()
             self._bus.send_cycle([self._command(i, axis) for i, axis in axes])
 
     def _command(self, i: int, axis: Axis) -> Command:
-        target = self._targets[i] if self._targets else axis.positions[-1]
+        target = self._targets[i] if self._targets else axis.position
         rate = self._rates[i] if self._settings.sends_velocity else None
         return Command(axis.settings.node, self._word(axis), target, rate)
 
@@ -386,7 +387,7 @@ class DriveGroup:
     # Procedures: each goes on once in each cycle. Those that fail raise DriveError.
 
     def _setting_up(self) -> Steps:
-        self._is_cycling = False
+        self._is_cycling = self._is_leading = False
         for axis in self._axes:
             axis.forget()
         self.remarks = []
@@ -403,6 +404,7 @@ class DriveGroup:
             axis.send_state(START)
         self._is_cycling = True
         yield from self._until(lambda axis: axis.is_up, ANSWERING, "heard to answer SYNC")
+        self._is_leading = True
         if not self._resets:
             for axis in self._axes:
                 if axis.state in (*FAULTS, DriveState.QUICK_STOP):
@@ -437,6 +439,8 @@ class DriveGroup:
         self._is_enabled = True
 
     def _looking_for_switches(self) -> Steps:
+        # Limits of the travel that the drive has had up to now.
+        yield from self._together(lambda axis: apply(axis, travel(axis.settings, False)))
         yield from self._to_operation(Mode.HOMING)
         self._searches = [Search(axis, self._now) for axis in self._axes]
         self._tell(cia402.START_HOMING)
@@ -457,23 +461,23 @@ class DriveGroup:
 
     def _coming_into_the_travel(self) -> Steps:
         """Go down together, as the switches may be above it."""
-        settings, starts = self._settings, list(self._targets or ())
+        settings, starts = self._settings, self._targets or []
         heights = [axis.height_of(start) for axis, start in zip(self._axes, starts)]
-        ends = [axis.settings.upper_height for axis in self._axes]
-        way = max(0.0, *(height - end for height, end in zip(heights, ends)))
+        above = [h - axis.settings.upper_height for axis, h in zip(self._axes, heights)]
+        way = max(0.0, *above)
         # Greatest speed and acceleration of the polynomial below, for a way and a time of 1.
-        seconds = max(
-            1.875 * way / settings.homing_speed,
-            math.sqrt(5.774 * way / settings.homing_acceleration),
-        )
-        cycles = math.ceil(seconds / settings.period)
+        braking = math.sqrt(5.774 * way / settings.homing_acceleration)
+        cycles = math.ceil(max(1.875 * way / settings.homing_speed, braking) / settings.period)
         for cycle in range(1, cycles + 1):
             part = cycle / cycles
             gone = way * part**3 * (10.0 + part * (6.0 * part - 15.0))
-            self._targets = [
-                axis.count_of(height - gone) for axis, height in zip(self._axes, heights)
-            ]
+            self._targets = [axis.count_of(h - gone) for axis, h in zip(self._axes, heights)]
             yield
+        yield from self._until(self._is_at_target, ANSWERING, "where it was sent")
+
+    def _is_at_target(self, axis: Axis) -> bool:
+        target = self._targets[axis.number - 1] if self._targets else axis.position
+        return abs(axis.position - target) <= NEAR * axis.per_metre
 
     def _braking(self) -> Steps:
         yield from self._wait(self._rests_at)
@@ -504,16 +508,16 @@ class DriveGroup:
         return self._together(lambda axis: self._confirmed_mode(axis, mode))
 
     def _confirmed_mode(self, axis: Axis, mode: Mode) -> Generator[None, None, list[str]]:
-        written = yield from axis.write(cia402.MODE, mode)
         end = self._now + CONFIRMING
         while True:
+            # A drive may refuse it until it has come to rest.
+            written = yield from axis.write(cia402.MODE, mode)
             shown = yield from axis.read(cia402.MODE_SHOWN)
             if not shown.error and shown.value == mode:
                 return []
             if self._now > end:
-                why = written.error or shown.error
                 text = f"shows mode {shown.value} (0x6061), {mode.value} was asked for (0x6060)"
-                raise axis.error(f"{text}: {why}" if why else text)
+                raise axis.error(f"{text} {written.error}".rstrip())
 
     def _together(
         self, begin: Callable[[Axis], Generator[None, None, list[str]]], cause: str = ""
@@ -527,7 +531,7 @@ class DriveGroup:
                 except StopIteration as end:
                     self.remarks += end.value
                     del tasks[axis]
-            if cause:
+            if cause and tasks:
                 self._cause = cause + ", ".join(axis.name for axis in tasks)
             yield
 

@@ -6,7 +6,7 @@ from tri_glide_kinematics.drives.axis import Axis
 from tri_glide_kinematics.drives.cia402 import HOMING_ATTAINED, HOMING_ERROR, TARGET_REACHED
 
 # So long a drive may go on telling that it has attained its home, of the time before [s].
-STALE = 0.1
+STALE = 0.5
 
 # A step so many times as long as it may be is no motion: the drive has begun to count anew.
 NEW_COUNT = 3.0
@@ -24,7 +24,7 @@ class Search:
         self.axis = axis
         self._began = now
         self._is_under_way = False
-        self._count = axis.positions[-1]
+        self._count = axis.position
         # Since it began, up positive [m].
         self._way = self._highest = 0.0
         group = axis.group
@@ -40,8 +40,8 @@ class Search:
         """
         axis, word, time = self.axis, self.axis.status_word, now - self._began
         group, drive = axis.group, axis.settings
-        step = drive.units.direction * (axis.positions[-1] - self._count) / axis.per_metre
-        self._count = axis.positions[-1]
+        step = drive.units.direction * (axis.position - self._count) / axis.per_metre
+        self._count = axis.position
         if abs(step) <= self._longest:
             self._way += step
             self._highest = max(self._highest, self._way)

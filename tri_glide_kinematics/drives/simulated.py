@@ -138,8 +138,9 @@ class SimulatedDrive:
         elif cob_id == CobId.REQUEST + self.node and self.answers:
             self._serve(data.ljust(8, b"\0"))
         elif consumed & 0xFFFF and cob_id == CobId.HEARTBEAT + (consumed >> 16 & 0x7F):
-            if self._missed_at == inf and self.objects[0x603F, 0] == HEARTBEAT_LOST:
-                self.axis.errors.append(0)
+            is_back = self._missed_at == inf and self.objects[0x603F, 0] == HEARTBEAT_LOST
+            if is_back and not self.axis.has_fault:
+                self.axis.clear()
             self._missed_at = self._now + 0.001 * (consumed & 0xFFFF)
         elif self.network_state == OPERATIONAL:
             if cob_id == self.objects[0x1005, 0] & 0x7FF:

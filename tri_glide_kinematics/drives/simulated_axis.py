@@ -124,14 +124,18 @@ class SimulatedAxis:
         """Whether torque or a brake holds the slider."""
         return self.state in WITH_TORQUE or self.slider.has_brake
 
+    @property
+    def has_fault(self) -> bool:
+        """Whether it takes a reset to go on."""
+        return self.state in (State.FAULT, State.FAULT_REACTION_ACTIVE)
+
     def command(self, word: int) -> None:
         """Take in a control word."""
         rising, self._word = word & ~self._word, word
         state, enabled = self.state, State.OPERATION_ENABLED
         if state is State.FAULT:
             if rising & 0x80:
-                self._objects[0x603F, 0] = self._objects[0x1001, 0] = 0
-                self.errors.append(0)
+                self.clear()
                 self._go(State.SWITCH_ON_DISABLED)
         elif word & 0x80 or state is State.FAULT_REACTION_ACTIVE:
             pass
@@ -170,6 +174,11 @@ class SimulatedAxis:
             self._brake(State.FAULT_REACTION_ACTIVE)
         else:
             self._go(State.FAULT)
+
+    def clear(self) -> None:
+        """Tell that the errors have gone."""
+        self._objects[0x603F, 0] = self._objects[0x1001, 0] = 0
+        self.errors.append(0)
 
     def lose_connection(self) -> None:
         """Do what 0x6007 says of a connection that is lost."""
@@ -291,10 +300,7 @@ class SimulatedAxis:
     def _quick_stop(self) -> None:
         if self.state is State.OPERATION_ENABLED and self._objects[0x605A, 0] != 0:
             self._brake(State.QUICK_STOP_ACTIVE)
-        elif self.state is not State.QUICK_STOP_ACTIVE and self.state not in (
-            State.FAULT,
-            State.FAULT_REACTION_ACTIVE,
-        ):
+        elif self.state is not State.QUICK_STOP_ACTIVE and not self.has_fault:
             self._go(State.SWITCH_ON_DISABLED)
 
     def _brake(self, state: State) -> None:
