@@ -4,7 +4,8 @@
     python3 examples/my_drives.py
 
 The drives here are not real: each slider is where it was told to be one setpoint before. Put yours
-in their place, in ``Drives``.
+in their place, in ``Drives``. This is for drives that take a setpoint whenever it comes. Those that
+want exactly one target for each SYNC need a store (docs/your_machine.md, "Playing out").
 """
 
 from __future__ import annotations
@@ -57,7 +58,8 @@ class MyDrives(Node):
         self._drives = Drives()
         self._last_setpoint = self.get_clock().now()
         self._publisher = self.create_publisher(JointState, "joint_states", QoSProfile(depth=5))
-        # The newest setpoint counts; an older one is worth nothing.
+        # Here the newest setpoint counts; an older one is worth nothing. Who plays setpoints out
+        # needs all of them: reliable, with a depth of 100.
         newest = QoSProfile(depth=1, reliability=qos_profile_sensor_data.reliability)
         self.create_subscription(JointState, "joint_commands", self._on_setpoint, newest)
         self.create_timer(PERIOD, self._publish)

@@ -72,6 +72,7 @@ class MotionController:
         pursue, pursue_position, pause, resume, cancel, leads_to: motions whose end somebody waits
             for, as ``CommandedMotion`` says.
         stop, enable, disable, end, set_obstacle, fail: as ``Operation`` says.
+        check_free: as ``StartingPlace`` says.
     """
 
     def __init__(
@@ -119,6 +120,7 @@ class MotionController:
         # The parts' own methods: each signature stands in one place.
         self.stop, self.enable, self.disable = operation.stop, operation.enable, operation.disable
         self.end, self.set_obstacle = operation.end, operation.set_obstacle
+        self.check_free = self._start.check_free
         self.fail = operation.fail
         self.move_to, self.jog, self.track = motion.move_to, motion.jog, motion.track
         self.follow, self.set_limits = motion.follow, motion.set_limits
@@ -259,8 +261,8 @@ class MotionController:
         if not operation.leads:
             return None
         setpoint = self._step()
-        self._underway.send(setpoint.heights, now)
         try:
+            self._underway.send(setpoint.heights, now)
             if operation.failure is None:
                 self._look_after(now)
         except Exception as error:

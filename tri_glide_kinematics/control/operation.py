@@ -86,6 +86,15 @@ class StartingPlace:
         """Take in measured ``heights`` [m]."""
         self.heights = heights if all(map(math.isfinite, heights)) else None
 
+    def check_free(self) -> None:
+        """Check that there is no obstacle.
+
+        Raises:
+            CommandRefusedError: if there is one.
+        """
+        if self.obstacle is not None:
+            raise CommandRefusedError(self.obstacle.text, Refusal.OTHER_PUBLISHER)
+
     def checked(self, now: float) -> Vector3:
         """Return the heights from which the machine can be led ``now`` [s]. Shape (3,) [m].
 
@@ -95,8 +104,7 @@ class StartingPlace:
         if self.heights is None or not self._supervisor.is_fresh(now):
             text = "there are no measured slider heights to start from"
             raise CommandRefusedError(text, Refusal.NO_MEASUREMENT)
-        if self.obstacle is not None:
-            raise CommandRefusedError(self.obstacle.text, Refusal.OTHER_PUBLISHER)
+        self.check_free()
         for slider, (lower, height, upper) in enumerate(
             zip(self._travel[0], self.heights, self._travel[1])
         ):

@@ -14,7 +14,7 @@ import math
 from collections import deque
 from dataclasses import dataclass, replace
 
-from tri_glide_kinematics.checks import checked_vector, finite, finite_vector, positive
+from tri_glide_kinematics.checks import checked_vector, finite_vector, positive
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import Vector3, combined, scaled, three
 from tri_glide_kinematics.wording import number_text
@@ -134,9 +134,7 @@ class Playout:
             NotFiniteError: if a number is NaN or infinite.
             SetpointRefusedError: if it is late, or not the next one of a stream that began at rest.
         """
-        finite("time", setpoint.time)
-        finite_vector("heights", setpoint.heights, 3)
-        finite_vector("velocities", setpoint.velocities, 3)
+        finite_vector("setpoint", (setpoint.time, *setpoint.heights, *setpoint.velocities), 7)
         if self.has_run_dry:
             raise SetpointRefusedError("setpoints have come too late: drives need a new enabling")
         if not (self._store or setpoint.rests):
@@ -166,8 +164,7 @@ class Playout:
         if last.rests and setpoint.rests:
             jumps = [abs(b - a) for a, b in zip(last.heights, setpoint.heights)]
             if max(jumps) > JUMP:
-                text = number_text(max(jumps), 6)
-                raise SetpointRefusedError(f"a jump at rest of {text} m, more than {JUMP:g} m")
+                raise SetpointRefusedError(f"a jump at rest of {max(jumps):.6f} m")
             # At rest, stamps may be set, and a stream may begin anew where the sliders are seen.
             glide = math.sqrt(max(6.0 / SHARE * j / b for j, b in zip(jumps, self._brake)))
             return max(glide, passed if 0.0 < passed <= self._delay else now - self._received)
@@ -193,7 +190,7 @@ class Playout:
             newest = self._store[-1]
             self._rate = 1.0 if self._is_still else self._next_rate(now, newest)
             head = self._head + self._rate * self._period
-            if head > newest.time and self._target is not None and not newest.rests:
+            if head >= newest.time and self._target is not None and not newest.rests:
                 self._run_dry(self._target)
             else:
                 self._head = min(head, newest.time)
@@ -209,14 +206,13 @@ class Playout:
         excess = newest.time + now - self._received - self._head - period - self._delay
         wanted = min(1.0 + excess / RETURN_TIME, FASTEST)
         wanted = rate + (wanted - rate) * min(period / RATE_TIME, 1.0)
-        to_brake = self._to_brake(newest.velocities)
+        at_head = self._target[1] if self._target is not None else newest.velocities
+        to_brake = max(self._to_brake(newest.velocities), self._to_brake(at_head) / rate)
         if to_brake > 0.0:
-            if self._target is not None:
-                to_brake = max(to_brake, self._to_brake(self._target[1]) / rate)
-            low = min(to_brake / (2.0 * SHARE), LOW * self._delay)
-            left = max(newest.time - self._head, 0.0)
+            if not newest.rests:
+                low = min(to_brake / (2.0 * SHARE), LOW * self._delay)
+                wanted = min(wanted, math.sqrt(max(newest.time - self._head, 0.0) / low))
             change = SHARE * period / to_brake
-            wanted = min(wanted, math.sqrt(left / low))
             wanted = min(max(wanted, rate - change), rate + change)
         return wanted
 
@@ -231,14 +227,14 @@ class Playout:
         second = store[1]
         span = second.time - first.time
         u = (self._head - first.time) / span
-        way = [b - a for a, b in zip(first.heights, second.heights)]
-        begin, end = scaled(first.velocities, span), scaled(second.velocities, span)
-        # Relative to the first heights: at rest, the sum of weights would differ in its last bit.
         heights, velocities = [], []
-        for h, d, p, q in zip(first.heights, way, begin, end):
-            heights.append(h + u * (p + u * (3.0 * d - 2.0 * p - q + u * (p + q - 2.0 * d))))
-            rise = p + u * (2.0 * (3.0 * d - 2.0 * p - q) + 3.0 * u * (p + q - 2.0 * d))
-            velocities.append(self._rate * rise / span)
+        # Relative to the first heights: at rest, a sum of weights would differ in its last bit.
+        for i, h in enumerate(first.heights):
+            p, q = span * first.velocities[i], span * second.velocities[i]
+            way = second.heights[i] - h
+            b, c = 3.0 * way - 2.0 * p - q, p + q - 2.0 * way
+            heights.append(h + u * (p + u * (b + u * c)))
+            velocities.append(self._rate / span * (p + u * (2.0 * b + u * 3.0 * c)))
         return three(heights), three(velocities)
 
     def _to_brake(self, velocities: Vector3) -> float:

@@ -153,23 +153,25 @@ class IkNode(Node):
             period=period,
             streams=Streams.with_timeouts(values["twist_timeout"], values["target_timeout"]),
             in_position_bounds=in_position_bounds_of(values),
-            start_disabled=values["start_disabled"],
+            start_disabled=values["start_disabled"] or bool(values["drives_enable"]),
             travel=true_travel_of(values),
             on_change=self._reports.add,
             on_refusal=lambda text, refusal: self._refused.refuse(
                 f"refused a target: {text}", refusal
             ),
+            drive_delay=values["drive_delay"],
         )
         self._reports.progress = lambda: self._controller.progress
         self._runs = ProgramRuns(values["program_timeout"])
         parameters.on_change(self._apply)
         self._others = OtherPublishers(self, self._outputs.publishers, self._on_others)
-        services = MachineServices(
+        self._requests = services = MachineServices(
             self,
             self._controller,
             self._reports,
             self._refused,
             lambda: self._on_others(self._others.look()),
+            values["drives_enable"],
         )
         DiagnosticsPublisher(self, self._health)
         steady_timer(self, STATUS_PERIOD, self._tell_progress)
@@ -227,6 +229,7 @@ class IkNode(Node):
             self._warnings.add(lost.text)
             self._controller.stop(lost)
         self._actions.look()
+        self._requests.look()
 
     def _setpoint(self, now: float) -> SliderState | None:
         """Return the next setpoint, which is sent.

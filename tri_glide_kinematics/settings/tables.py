@@ -421,6 +421,13 @@ IK_NODE = (
         "changes in motion: the longer, the calmer; 0 for one cycle", "s", 0.0, LONGEST_HORIZON),
     live("tracking_latency", 0.0,
         "time for which a moving target is extrapolated, as the drives are late", "s", -0.5, 0.5),
+    Parameter("drive_delay", 0.0,
+        "time from a setpoint to the motors, as that of drives that play setpoints out: measured "
+        "heights are compared with the setpoint of then, and outputs on a path wait for so long",
+        "s", 0.0, 0.5),
+    Parameter("drives_enable", "",
+        "service that gives the drives torque (std_srvs/SetBool): `~/enable` asks it first, and "
+        "takes the torque away last; empty for none"),
     live("path_tolerance", 0.001,
         "tolerance of the corners of a path that gives none", "m", 0.0, 1.0),
     Parameter("start_disabled", False, "whether `~/enable` has to be called before any motion"),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -29,6 +30,7 @@ from tri_glide_kinematics.motion.path import (
     polyline_from,
 )
 from tri_glide_kinematics.reason_log import RefusalLog
+from tri_glide_kinematics.ros.inputs.drives_enable import DrivesEnable
 from tri_glide_kinematics.ros.inputs.path_messages import flat_path, path_outputs, path_points
 from tri_glide_kinematics.ros.messages import target_position
 from tri_glide_kinematics.ros.outputs import StateReports
@@ -52,17 +54,25 @@ class MachineServices:
         reports: StateReports,
         refused: RefusalLog,
         look_for_others: Callable[[], None],
+        drives: str,
     ) -> None:
         """Offer them as a part of ``node``.
 
         ``reports`` tell of new states before an answer is given; ``look_for_others`` looks who else
-        moves the machine, before it is enabled.
+        moves the machine, before it is enabled. ``drives`` is their enable service; empty for none.
         """
         self._controller = controller
         self._reports = reports
         self._refused = refused
         self._look_for_others = look_for_others
-        node.create_service(SetBool, "~/enable", self._on_enable, qos_profile=CALLS)
+        self._drives: DrivesEnable | None = None
+        enable, group = self._on_enable, None
+        if drives:
+            self._drives = DrivesEnable(
+                node, drives, lambda text: refused.refuse(text, Refusal.OTHER)
+            )
+            enable, group = self._on_enable_with_drives, self._drives.group
+        node.create_service(SetBool, "~/enable", enable, qos_profile=CALLS, callback_group=group)
         node.create_service(SetBool, "~/teach_mode", self._on_teach_mode, qos_profile=CALLS)
         self.urgent = (
             node.create_service(Trigger, "~/stop", self._on_stop, qos_profile=CALLS),
@@ -94,20 +104,47 @@ class MachineServices:
         self._reports.tell()
         return response
 
+    def look(self) -> None:
+        """Take torque from the drives behind the machine; to be called in each cycle."""
+        if self._drives is not None:
+            self._drives.look(self._controller.leads)
+
     def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        try:
-            if request.data:
+        with self._told_in(request, response):
+            response.message = self._enable() if request.data else self._controller.disable()
+        return response
+
+    async def _on_enable_with_drives(
+        self, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
+        assert self._drives is not None
+        with self._told_in(request, response):
+            if request.data and not self._controller.leads:
                 self._look_for_others()
-                response.message = self._controller.enable(time.monotonic())
+                self._controller.check_free()
+                response.message = await self._drives.enable(self._enable)
+            elif request.data:
+                response.message = self._enable()
             else:
-                response.message = self._controller.disable()
+                self._drives.give_up()
+                response.message = f"{self._controller.disable()}; the drives let go at rest"
+        return response
+
+    def _enable(self) -> str:
+        self._look_for_others()
+        return self._controller.enable(time.monotonic())
+
+    @contextmanager
+    def _told_in(self, request: SetBool.Request, response: SetBool.Response) -> Iterator[None]:
+        """Tell in the response whether the body has done what was requested."""
+        try:
+            yield
             response.success = True
         except KinematicsError as error:
             response.message = str(error)
             what = "enable" if request.data else "disable"
             self._refused.refuse(f"refused to {what}: {error}", error.refusal)
         self._reports.tell()
-        return response
 
     def _on_teach_mode(
         self, request: SetBool.Request, response: SetBool.Response

@@ -1,0 +1,96 @@
+"""One enable for the operator: that of ik_node gives the drives torque first, and takes it last."""
+
+import signal
+
+import pytest
+from std_srvs.srv import SetBool
+
+from testing.machine import PATIENCE
+
+SERVICE = "my_drives/enable"
+
+
+class Drives:
+    """An enable service, which notes what it is asked for and how the machine moves then."""
+
+    def __init__(self, machine):
+        self.machine, self.client = machine, machine.client
+        self.asked, self.refuses, self.still = [], "", []
+        self.client.node.create_service(SetBool, SERVICE, self._answer)
+
+    def _answer(self, request, response):
+        self.asked.append(request.data)
+        newest = self.machine.commands[-1:]
+        self.still.append(all(not any(message.velocity) for message in newest))
+        response.success = not self.refuses
+        response.message = self.refuses or "operation is enabled"
+        return response
+
+    def enable(self, on):
+        request, answers = SetBool.Request(data=on), []
+
+        def is_answered():
+            answers.append(self.client.call(SetBool, "ik_node/enable", request))
+            # For a second, ik_node looks who else is there, and asks nobody.
+            return "looks for other" not in answers[-1].message
+
+        self.client.wait_for(is_answered, "an answer")
+        return answers[-1]
+
+
+@pytest.fixture
+def drives(machine):
+    drives = Drives(machine)
+    machine.start_simulator()
+    machine.start_ik({"drives_enable": SERVICE})
+    machine.wait_for_state("disabled")
+    return drives
+
+
+def test_drives_get_torque_first_and_lose_it_last(drives):
+    machine, client = drives.machine, drives.client
+    assert not machine.commands and not drives.asked
+    answer = drives.enable(True)
+    assert answer.success and "operation is enabled" in answer.message
+    assert drives.asked == [True] and drives.still == [True]
+    machine.wait_for_state("idle")
+    client.wait_for(lambda: machine.commands, "setpoints")
+    assert "enabled already" in drives.enable(True).message and drives.asked == [True]
+    client.send_pose((0.1, 0.0, 0.1))
+    client.wait_for(lambda: any(machine.commands[-1].velocity), "a motion")
+    assert drives.enable(False).success
+    client.wait_for(lambda: drives.asked == [True, False], "the drives to let go")
+    assert drives.still == [True, True] and machine.state == "disabled"
+
+    # A fault takes torque away, too, once the ramp is over.
+    assert drives.enable(True).success
+    client.send_pose((0.0, 0.0, 0.25))
+    client.wait_for(lambda: any(machine.commands[-1].velocity), "a motion")
+    client.set_parameters("simulator_node", {"encoder_offsets": [0.3, 0.0, 0.0]})
+    machine.wait_for_state("fault")
+    client.wait_for(lambda: drives.asked == [True, False] * 2, "the drives to let go")
+    assert all(drives.still)
+
+
+def test_without_torque_the_machine_is_not_led_and_the_reason_is_told(drives):
+    machine, client = drives.machine, drives.client
+    drives.refuses = "axis 2: brake supply is missing"
+    answer = drives.enable(True)
+    assert not answer.success and "axis 2: brake supply" in answer.message
+    # Whatever went wrong in it, what was asked for is taken back.
+    client.wait_for(lambda: drives.asked == [True, False], "the drives to let go")
+    assert not machine.commands and machine.state == "disabled"
+    # No heights: torque is taken away again.
+    drives.refuses = ""
+    machine.simulator.signal(signal.SIGINT)
+    answer = drives.enable(True)
+    assert not answer.success and "no measured slider heights" in answer.message
+    client.wait_for(lambda: drives.asked == [True, False] * 2, "the drives to let go")
+
+
+def test_where_the_drives_are_not_there_it_is_told_at_once(machine):
+    machine.start_simulator()
+    machine.start_ik({"drives_enable": SERVICE, **PATIENCE})
+    machine.wait_for_state("disabled")
+    answer = machine.client.call(SetBool, "ik_node/enable", SetBool.Request(data=True))
+    assert not answer.success and f"no service {SERVICE}" in answer.message
