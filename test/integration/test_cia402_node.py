@@ -87,12 +87,14 @@ class CanMachine(Machine):
         self.drives = Drives(self.links, self._log)
         self.client.wait_for(self.links[1].exists, "the adapters")
 
-    def start_cia(self, link=0, text="off: not homed"):
+    def start_cia(self, link=0, *texts):
         self.cia = self._launcher.start("cia402_node", {**CAN, "channel": self.links[link]})
-        self.wait_until_told(text)
+        self.wait_until_told(*(texts or ("off: not homed", "has stopped before")))
 
-    def wait_until_told(self, text):
-        self.client.wait_for(lambda: text in self.cia.output, f"cia402_node to tell {text!r}")
+    def wait_until_told(self, *texts):
+        self.client.wait_for(
+            lambda: any(text in self.cia.output for text in texts), f"cia402_node to tell {texts}"
+        )
 
     def goal(self):
         self.client.wait_for(self._home.server_is_ready, "~/home")
@@ -114,10 +116,13 @@ class CanMachine(Machine):
     def ready(self):
         """Be homed, enabled and idle near the top, whatever was before."""
         if not self.cia.is_running:
-            self.start_cia(text=" (")
-        self.client.wait_for(lambda: not self.cia.output.endswith("silent"), "drives")
+            self.start_cia()
+        # Refused where nothing is wrong.
         self.reset()
-        self.home()
+        count = len(self.measured)
+        self.client.spin_for(0.2)
+        if len(self.measured) == count:
+            self.home()
         if self.state != "idle":
             self.client.wait_for(lambda: self.client.enable().success, "a machine that may move")
             self.wait_for_state("idle")
@@ -128,7 +133,9 @@ class CanMachine(Machine):
     def wait_for_rest(self):
         """Wait until the drives are measured at one place for some time."""
         self.client.wait_for(
-            lambda: len({tuple(each.position) for each in self.measured[-20:]}) == 1, "rest"
+            lambda: len(self.measured) > 20
+            and len({tuple(each.position) for each in self.measured[-20:]}) == 1,
+            "rest",
         )
 
 
@@ -149,7 +156,10 @@ def test_from_homing_to_a_stop(machine):
     assert not machine.measured
     assert not client.enable().success
     assert not drives.all_told(ENABLED)
-    assert machine.home().heights == pytest.approx((0.9, 0.9, 0.9), abs=COUNT)
+    top = (0.9, 0.9, 0.9)
+    assert machine.home().heights == pytest.approx(top, abs=1e-3)
+    machine.wait_for_rest()
+    assert machine.heights(machine.measured[-1]) == pytest.approx(top, abs=1e-4)
     machine.enable()
     machine.wait_for_state("idle")
     machine.wait_until_targets_get_there()
@@ -179,16 +189,17 @@ def test_homing_that_is_cancelled_leaves_no_heights(machine):
     machine.ready()
     machine.move(FAR)
     goal = machine.goal().wait_until_accepted()
-    machine.client.wait_for(lambda: goal.feedback, "the homing")
-    assert list(goal.feedback[0].waiting) == list(JOINTS)
+    machine.client.wait_for(
+        lambda: list(JOINTS) in [list(each.waiting) for each in goal.feedback], "the homing"
+    )
     machine.wait_for_state("fault")
     goal.cancel()
     assert goal.result().code == Home.Result.CANCELED
     assert not goal.response.result.heights
     machine.wait_until_told("holding: ")
     count = len(machine.measured)
-    assert machine.goal().result().code == Home.Result.SUCCEEDED
-    assert len(machine.measured) <= count + 50
+    machine.client.spin_for(10 * PERIOD)
+    assert len(machine.measured) == count
 
 
 def test_setpoints_that_cease_and_come_late(machine):
@@ -272,6 +283,7 @@ def test_an_adapter_that_is_unplugged(machine):
     machine.wait_for_state("fault")
     assert not machine.client.enable(node="cia402_node").success
     machine.start_drives()
+    # The bus is tried again now and then; drives that had no power have no home.
     machine.client.wait_for(lambda: machine.reset().success, "drives")
     machine.home()
 

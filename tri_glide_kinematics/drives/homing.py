@@ -28,7 +28,9 @@ class Search:
         # Since it began, up positive [m].
         self._way = self._highest = 0.0
         group = axis.group
-        self._longest = NEW_COUNT * group.homing_speed * group.period * group.lost_in_a_row
+        longest = NEW_COUNT * group.homing_speed * group.period * group.lost_in_a_row
+        # Or a new count would pass for a way down that no switch explains.
+        self._longest = min(longest, group.back_off)
 
     def has_ended(self, now: float) -> bool:
         """Take in what the drive has told, and return whether it has attained its home.
