@@ -64,6 +64,8 @@ def test_a_homing_from_on_is_as_good_and_limits_of_the_travel_are_set_after_it()
     rig = homing((0.85, 0.86, 0.87)).until(GroupState.ON)
     rig.group.home(rig.now)
     assert not rig.group.is_homed
+    rig.run(0.1)
+    assert all(d.objects[0x607D, 2] == 2**31 - 1 for d in rig.drives)
     rig.until(GroupState.ON)
     limits = [(d.objects[0x607D, 1], d.objects[0x607D, 2]) for d in rig.drives]
     assert limits == [(-580_000, 20_000), (-20_000, 580_000), (-580_000, 20_000)]

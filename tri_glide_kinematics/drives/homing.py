@@ -8,7 +8,7 @@ from tri_glide_kinematics.drives.cia402 import HOMING_ATTAINED, HOMING_ERROR, TA
 # So long a drive may go on telling that it has attained its home, of the time before [s].
 STALE = 0.5
 
-# A step so many times as long as it may be is no motion: the drive has begun to count anew.
+# What is so many times as fast as it may be is no motion: the drive has begun to count anew.
 NEW_COUNT = 3.0
 
 
@@ -27,10 +27,6 @@ class Search:
         self._count = axis.position
         # Since it began, up positive [m].
         self._way = self._highest = 0.0
-        group = axis.group
-        longest = NEW_COUNT * group.homing_speed * group.period * group.lost_in_a_row
-        # Or a new count would pass for a way down that no switch explains.
-        self._longest = min(longest, group.back_off)
 
     def has_ended(self, now: float) -> bool:
         """Take in what the drive has told, and return whether it has attained its home.
@@ -42,7 +38,7 @@ class Search:
         group, drive = axis.group, axis.settings
         step = drive.units.direction * (axis.position - self._count) / axis.per_metre
         self._count = axis.position
-        if abs(step) <= self._longest:
+        if abs(axis.velocity) <= NEW_COUNT * group.homing_speed:
             self._way += step
             self._highest = max(self._highest, self._way)
         self._is_under_way |= not word & (HOMING_ATTAINED | HOMING_ERROR) or time > STALE
