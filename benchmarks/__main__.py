@@ -21,6 +21,8 @@ FIGURES = (
     "services",
     "start",
     "transport",
+    "can",
+    "drives",
 )
 TABLES = (
     "tracking",

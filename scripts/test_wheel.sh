@@ -38,7 +38,7 @@ for python in $(find_pythons); do
     environment=$WORK/$version
     "$python" -m venv --clear "$environment"
     "$environment/bin/python" -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-        "$(echo "$WORK"/made/*.whl)[pictures,recordings,test]" pytest-xdist
+        "$(echo "$WORK"/made/*.whl)[can,pictures,recordings,test]" pytest-xdist
     (cd "$WORK/tree" && PATH=$environment/bin:$PATH exec python -m pytest -p testing.without_ros -n auto \
         -m "not nodes and not alone" "$@")
 done

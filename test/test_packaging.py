@@ -48,6 +48,8 @@ WITH_VISER = {"msgspec", "websockets", "zstandard"}
 # There is no rosdep key for these; numba makes things faster where it is found.
 WITHOUT_KEY = {"ruckig", "viser", "numba", "msgspec", "zstandard"}
 WITHOUT_KEY |= {"mcap", "mcap_ros2"}
+# Whoever has drives on CAN is told what to type.
+WITHOUT_KEY |= {"can", "canopen"}
 
 
 def imported(*folders: str) -> set[str]:

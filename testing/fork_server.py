@@ -35,7 +35,8 @@ MODULES = (
     "tri_glide_kinematics.ros.starting.realtime",
     "tri_glide_kinematics.ros.starting.transport",
 )
-# Only where what the page needs is installed.
+# Only where what they need is installed.
+CAN = "tri_glide_kinematics.nodes.cia402_node"
 PANEL = "tri_glide_kinematics.panel.panel_node"
 
 
@@ -58,7 +59,10 @@ def load() -> None:
     """Import all that nodes need, and the libraries of those messages that every node uses."""
     # As the executables do, but always: a thread of OpenBLAS would not survive a fork.
     os.environ.update(NUMPY_SETTINGS)
-    for module in (*MODULES, *([PANEL] if find_spec("viser") else [])):
+    for needed, module in (("viser", PANEL), ("canopen", CAN)):
+        if find_spec(needed):
+            import_module(module)
+    for module in MODULES:
         import_module(module)
     from rcl_interfaces.msg import Log, ParameterEvent
     from rclpy.type_support import check_for_type_support

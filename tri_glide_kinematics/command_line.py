@@ -42,6 +42,7 @@ COMMANDS = {
         ("identify", "masses and friction from the efforts of the drives"),
         ("judge", "tell whether recorded setpoints keep all limits"),
         ("ringdown", "find the modes of a machine from recordings of its swings"),
+        ("simulated_drives", "three servo drives on CAN (CiA 402), behind a pseudo-terminal"),
         ("size", "from what a machine has to do to its lengths and motors"),
     )
 }

@@ -53,6 +53,17 @@ class Transfer(Protocol):
         """What was read; what was written, of a write."""
 
 
+@dataclass
+class PendingTransfer:
+    """A transfer as a bus keeps it; attributes as in ``Transfer``."""
+
+    entry: Entry
+    value: int = 0
+    is_done: bool = False
+    error: str = ""
+    abort_code: int = 0
+
+
 class Command(NamedTuple):
     """What one drive is sent in a cycle.
 

@@ -51,7 +51,7 @@ class LiveParameters:
         self,
         node: Node,
         table: Iterable[Parameter],
-        check: Callable[[Values], None] = lambda values: None,
+        check: Callable[[Values], object] = lambda values: None,
     ) -> None:
         """Declare the parameters of ``table``, check the values they start with, and log these.
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.arguments import sections_of as sections_of
     from tri_glide_kinematics.settings.arguments import sources_of as sources_of
     from tri_glide_kinematics.settings.tables import CALIBRATION_NODE as CALIBRATION_NODE
+    from tri_glide_kinematics.settings.tables import CIA402_NODE as CIA402_NODE
     from tri_glide_kinematics.settings.tables import FK_NODE as FK_NODE
     from tri_glide_kinematics.settings.tables import FORCE_LIMITS as FORCE_LIMITS
     from tri_glide_kinematics.settings.tables import IK_NODE as IK_NODE
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.values import check_joint_names as check_joint_names
     from tri_glide_kinematics.settings.values import check_travel as check_travel
     from tri_glide_kinematics.settings.values import description_of as description_of
+    from tri_glide_kinematics.settings.values import (
+        drive_group_settings_of as drive_group_settings_of,
+    )
     from tri_glide_kinematics.settings.values import forces_of as forces_of
     from tri_glide_kinematics.settings.values import in_position_bounds_of as in_position_bounds_of
     from tri_glide_kinematics.settings.values import limits_of as limits_of

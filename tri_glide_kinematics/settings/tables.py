@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -541,6 +541,59 @@ CALIBRATION_NODE = (
     *SYSTEM,
 )
 
+# Written into the drives, or what decides what is: so none of it is live.
+CIA402_NODE = (
+    Parameter("interface", "slcan",
+        "kind of CAN adapter, as python-can calls it: `slcan`, `socketcan`, `pcan`, ...",
+        told=True),
+    Parameter("channel", "/dev/ttyACM0", "of the adapter, as python-can calls it", told=True),
+    Parameter("bitrate", 1_000_000, "of the bus", "bit/s", 10_000, 1_000_000, told=True),
+    Parameter("node_ids", (1, 2, 3), "number of each slider's drive on the bus", "", 1, 127,
+        told=True),
+    Parameter("own_node_id", 127, "number of this computer on the bus", "", 1, 127),
+    Parameter("rate", 500.0,
+        "SYNC messages per second, before each one target for each drive; the period is a whole "
+        "number of 0.1 ms", "1/s", 40.0, 1000.0, told=True),
+    JOINT_NAMES,
+    *TRAVEL,
+    replace(LIMITS[0], live=False),
+    Parameter("encoder_counts", (1_000_000,) * 3,
+        "counts of each drive for `encoder_way`: so no gear is rounded", "", 1, 2**32),
+    Parameter("encoder_way", (1_000_000,) * 3,
+        "way of each slider for `encoder_counts`", "um", 1, 2**32),
+    Parameter("directions", (1, 1, 1),
+        "1 where a drive counts up as its slider rises, -1 where it counts down", "", -1, 1),
+    Parameter("home_heights", (0.92, 0.92, 0.92),
+        "height of each slider where its homing ends, as it is told here", *PLACE),
+    Parameter("homing_method", 0,
+        "object 0x6098; 0 for the limit switch at the top: 18, or 17 where the direction is -1",
+        "", -128, 127),
+    Parameter("homing_speed", 0.05, "of all sliders towards their switches", "m/s", 1e-4, 10.0),
+    Parameter("homing_slow_speed", 0.005, "of the sliders at their switches", "m/s", 1e-5, 10.0),
+    Parameter("homing_acceleration", 0.5, "of the sliders in the homing",
+        "m/s^2", 0.001, 1000.0),
+    Parameter("homing_timeout", 60.0,
+        "all sliders stop if one is not at home after this", "s", 0.1, 3600.0),
+    Parameter("playout_delay", 0.01,
+        "time by which the drives are behind the setpoints, so that none is late; the same as "
+        "`drive_delay` of `ik_node`", "s", 0.0, 0.5, told=True),
+    Parameter("heartbeat_timeout", 0.05,
+        "each drive stops by itself if it has not heard this computer for longer than this; all "
+        "stop if a drive is not heard", "s", 0.004, 60.0, told=True),
+    Parameter("quick_stop_deceleration", (10.0, 10.0, 10.0),
+        "with which each slider stops where setpoints cease or something is wrong",
+        "m/s^2", 0.01, 1000.0),
+    Parameter("torque_limits", (0, 0, 0),
+        "object 0x6072, thousandths of the rated torque; 0 leaves what is set in the drive",
+        "", 0, 65535),
+    Parameter("following_error_limits", ZEROS,
+        "object 0x6065: a drive is in fault if its slider is farther from its target; 0 leaves "
+        "what is set in the drive", "m", 0.0, 10.0),
+    Parameter("send_velocities", False,
+        "whether drives get velocities for their feed-forward (object 0x60B1), in a second RPDO"),
+    *SYSTEM,
+)
+
 PANEL_NODE = (
     Parameter("host", "127.0.0.1",
         "address on which the page is served; any but a loopback one lets others drive, if they "
@@ -576,6 +629,7 @@ NODES = {
     "ik_node": IK_NODE,
     "fk_node": FK_NODE,
     "simulator_node": SIMULATOR_NODE,
+    "cia402_node": CIA402_NODE,
     "calibration_node": CALIBRATION_NODE,
     "panel_node": PANEL_NODE,
 }

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 from tri_glide_kinematics.control import InPositionBounds, SupervisionBounds
 from tri_glide_kinematics.description import MachineDescription, Parts
+from tri_glide_kinematics.drives import DriveSettings, DriveUnits, GroupSettings
 from tri_glide_kinematics.dynamics import Arm, Masses, SliderForces
 from tri_glide_kinematics.motion.limits import (
     AddedBound,
@@ -317,6 +320,48 @@ def swing_of(values: Values) -> SwingModel:
                     )
             modes.append(PlatformMode(index % 3, frequencies, dampings[index], shares[index]))
     return SwingModel(tuple(modes), points)
+
+
+def drive_group_settings_of(values: Values) -> GroupSettings:
+    """Return what three drives on a bus are led with.
+
+    Raises:
+        KinematicsError: if the numbers do not fit together.
+    """
+    check_joint_names(values)
+    check_travel(values)
+    first, second, third = (_drive_settings_of(values, axis) for axis in range(3))
+    return GroupSettings(
+        (first, second, third),
+        period=1.0 / values["rate"],
+        bitrate=values["bitrate"],
+        playout_delay=values["playout_delay"],
+        own_node=values["own_node_id"],
+        consumer_time=values["heartbeat_timeout"],
+        sends_velocity=values["send_velocities"],
+        homing_speed=values["homing_speed"],
+        homing_slow_speed=values["homing_slow_speed"],
+        homing_acceleration=values["homing_acceleration"],
+        homing_timeout=values["homing_timeout"],
+        lost_in_a_row=math.ceil(values["heartbeat_timeout"] * values["rate"]),
+    )
+
+
+def _drive_settings_of(values: Values, axis: int) -> DriveSettings:
+    counts, way = values["encoder_counts"][axis], values["encoder_way"][axis]
+    return DriveSettings(
+        values["node_ids"][axis],
+        DriveUnits(counts, way, values["directions"][axis]),
+        values["home_heights"][axis],
+        values["lower_heights"][axis],
+        values["upper_heights"][axis],
+        values["velocity_limits"][axis],
+        values["quick_stop_deceleration"][axis],
+        # Zeros are for what the drive has.
+        values["torque_limits"][axis] or None,
+        values["following_error_limits"][axis] or None,
+        values["homing_method"] or None,
+    )
 
 
 def _places(name: str, values: Values) -> tuple[Vector3, ...]:

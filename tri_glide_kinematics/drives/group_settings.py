@@ -1,0 +1,191 @@
+"""What three drives on a bus are led with, and how much of the bus that takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from tri_glide_kinematics.checks import positive
+from tri_glide_kinematics.drives.units import DriveUnits
+from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
+from tri_glide_kinematics.wording import number_text
+
+LARGEST_NODE = 127
+
+# Above this it is told, above that refused: what is left is for heartbeats, messages of faults,
+# transfers, and frames that are repeated.
+LARGEST_GOOD_LOAD = 0.6
+LARGEST_LOAD = 0.8
+
+
+class BusTooSlowError(KinematicsError):
+    """The cycles of the drives do not fit into the bus."""
+
+    def __init__(self, load: float, bitrate: int, period: float) -> None:
+        """Store the ``load`` at a ``bitrate`` [bit/s] and a ``period`` [s]."""
+        super().__init__(
+            f"the bus of {bitrate} bit/s is in use for {100 * load:.0f} % of the time with a "
+            f"period of {number_text(1e3 * period)} ms; "
+            f"at most {100 * LARGEST_LOAD:.0f} % is allowed"
+        )
+        self.load = load
+
+
+def frame_bits(data_bytes: int) -> int:
+    """Return the longest that a frame with an identifier of 11 bits can be, with its gap [bits].
+
+    Stuffed bits come after each fifth equal bit, the last of them the first of the next five; 34
+    bits besides the data are stuffed, 13 are not (ISO 11898-1).
+    """
+    stuffed = 34 + 8 * data_bytes
+    return stuffed + 13 + (stuffed - 1) // 4
+
+
+def bus_load(bitrate: int, period: float, sends_velocity: bool = False) -> float:
+    """Return the share of time for which SYNC and PDOs of three drives use the bus, at the most.
+
+    Args:
+        bitrate: of the bus [bit/s].
+        period: from one SYNC to the next [s].
+        sends_velocity: whether a second PDO goes to each drive.
+    """
+    of_drive = 2 * frame_bits(6) + (frame_bits(4) if sends_velocity else 0)
+    return (3 * of_drive + frame_bits(0)) / (bitrate * period)
+
+
+class SameNodeError(KinematicsError):
+    """Two on the bus have the same node id, and so the same COB-IDs."""
+
+    def __init__(self, node: int, names: tuple[str, str]) -> None:
+        """Store the ``node`` id and the ``names`` of those that have it."""
+        super().__init__(f"{names[0]} and {names[1]} have the same node id {node}")
+        self.node = node
+
+
+@dataclass(frozen=True)
+class DriveSettings:
+    """One drive and its slider.
+
+    Attributes:
+        node: its node id on the bus, 1 to 127.
+        units: what it counts.
+        home_height: height of the slider where its homing ends, at its switch [m].
+        lower_height: lower end of the slider's travel [m].
+        upper_height: upper end [m].
+        largest_speed: of the slider [m/s].
+        brake: deceleration with which it brakes, in a quick stop, too [m/s^2].
+        largest_torque: of 1/1000 of the rated torque (object 0x6072); None leaves what is set.
+        largest_error: distance from the target that the drive allows (object 0x6065) [m]; None
+            leaves what is set.
+        homing_method: object 0x6098; None goes up to a limit switch at the top.
+    """
+
+    node: int
+    units: DriveUnits
+    home_height: float
+    lower_height: float
+    upper_height: float
+    largest_speed: float = 1.0
+    brake: float = 10.0
+    largest_torque: int | None = None
+    largest_error: float | None = None
+    homing_method: int | None = None
+
+    @property
+    def method(self) -> int:
+        """Object 0x6098: 17 and 18 go to the negative and the positive limit switch."""
+        if self.homing_method is not None:
+            return self.homing_method
+        return 18 if self.units.direction > 0 else 17
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The ends of the travel, the switch within it: lower, upper [m]."""
+        heights = (self.lower_height, self.upper_height, self.home_height)
+        return min(heights), max(heights)
+
+    @property
+    def travel(self) -> tuple[int, int]:
+        """The ends as the drive counts: smaller, larger."""
+        counts = [self.units.counts_of(height, self.home_height) for height in self.ends]
+        return min(counts), max(counts)
+
+
+@dataclass(frozen=True)
+class GroupSettings:
+    """Three drives, and what they have in common.
+
+    Attributes:
+        drives: in the order of the sliders.
+        period: from one SYNC to the next [s]; a whole number of 0.1 ms, at most 25 ms.
+        bitrate: of the bus [bit/s].
+        playout_delay: for which setpoints are stored [s].
+        own_node: node id of this computer.
+        consumer_time: without a heartbeat for which a drive stops by itself, and is taken for lost
+            [s].
+        sends_velocity: whether each drive gets the velocity (object 0x60B1) in a second PDO.
+        homing_speed: towards the switch [m/s].
+        homing_slow_speed: at the switch [m/s].
+        homing_acceleration: [m/s^2].
+        homing_timeout: for all of it [s].
+        back_off: farther than this no slider goes down below its highest place in a homing by the
+            default methods: its switch sticks [m].
+        lost_in_a_row: so many cycles without an answer of a drive are a fault.
+    """
+
+    drives: tuple[DriveSettings, DriveSettings, DriveSettings]
+    period: float = 0.002
+    bitrate: int = 1_000_000
+    playout_delay: float = 0.01
+    own_node: int = LARGEST_NODE
+    consumer_time: float = 0.05
+    sends_velocity: bool = False
+    homing_speed: float = 0.05
+    homing_slow_speed: float = 0.005
+    homing_acceleration: float = 0.5
+    homing_timeout: float = 60.0
+    back_off: float = 0.05
+    lost_in_a_row: int = 5
+
+    def __post_init__(self) -> None:
+        """Check what the drives cannot.
+
+        Raises:
+            SameNodeError: if a node id stands twice.
+            OutOfBoundsError: if a node id, the period or the consumer time is out of bounds, or a
+                drive cannot count the travel of its slider.
+            BusTooSlowError: if the cycles take more than 80 % of the bus.
+        """
+        names: dict[int, str] = {}
+        nodes = (self.own_node, *(drive.node for drive in self.drives))
+        for node, name in zip(nodes, ("the computer", "axis 1", "axis 2", "axis 3")):
+            if not 1 <= node <= LARGEST_NODE:
+                raise OutOfBoundsError(f"node id of {name}", node, "from 1 to 127")
+            if node in names:
+                raise SameNodeError(node, (names[node], name))
+            names[node] = name
+        homing = (self.homing_speed, self.homing_slow_speed, self.homing_acceleration)
+        for drive in self.drives:
+            for rate in (drive.brake, drive.largest_speed, *homing):
+                drive.units.rate_of(positive("speed or acceleration", rate))
+            # Raises where a number of 32 bits is too small.
+            assert drive.travel
+        tenths = round(self.period * 1e4)
+        if not 1 <= tenths <= 255 or abs(tenths - self.period * 1e4) > 1e-6:
+            bound = "a whole number of 0.1 ms, at most 25 ms"
+            raise OutOfBoundsError("period", self.period, bound, "s")
+        if not 4.0 * self.period <= self.consumer_time <= 60.0:
+            bound = f"from 4 periods, {4 * self.period:g} s, to 60"
+            raise OutOfBoundsError("consumer_time", self.consumer_time, bound, "s")
+        if self.load > LARGEST_LOAD:
+            raise BusTooSlowError(self.load, self.bitrate, self.period)
+
+    @property
+    def load(self) -> float:
+        """Share of time for which the cycles use the bus."""
+        return bus_load(self.bitrate, self.period, self.sends_velocity)
+
+    @property
+    def exact_period(self) -> Fraction:
+        """The period as a whole number of 0.1 ms [s]."""
+        return Fraction(round(self.period * 1e4), 10_000)
