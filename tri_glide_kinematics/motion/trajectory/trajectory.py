@@ -323,7 +323,7 @@ def joined_series(
         mine = owner == index
         part, of_sliders[mine] = plans[index].mixed_series(machine, times[mine], half[mine])
         series.put(mine, part)
-        cells += np.count_nonzero(mine)
+        cells += int(np.count_nonzero(mine))
         if cells >= CELLS_IN_PIECE:
             yield
             cells = 0
