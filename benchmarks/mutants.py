@@ -167,7 +167,7 @@ class Watch:
         items.sort(key=lambda item: item.get_closest_marker("slow") is not None)
 
     def pytest_runtest_protocol(self, item: pytest.Item) -> None:
-        """End when the time is over; end the process that is in an endless loop, or waits for ever."""
+        """End when the time is over; end a process in an endless loop, or that waits for ever."""
         if sum(os.times()[:4]) > self._seconds:
             item.session.shouldstop = "the time is over"
         signal.setitimer(signal.ITIMER_PROF, 3.0 * self._seconds)
