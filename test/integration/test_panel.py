@@ -491,6 +491,12 @@ def test_a_page_is_dark_where_its_browser_asks_for_it(panel: Panel, drawn: Page)
     page.wait_for(f"!({dark})", "the colours of before", spin=panel.spin)
 
 
+def test_viser_has_what_the_script_of_the_page_takes(page: Page) -> None:
+    names = ("sendMessage", "requestRender", "messageQueue", "drainMessageQueue")
+    missing = f"{json.dumps(names)}.filter((each) => !(each in (window.__viserMutable ?? {{}})))"
+    assert page.evaluate(missing) == [], "another version of viser: page.js needs these"
+
+
 TABS = ("Drive", "Points", "Program", "Numbers", "Curves", "Swing", "Mechanisms")
 # axe-core comes in this package, of which nothing else is used.
 AXE = find_spec("axe_playwright_python")

@@ -10,6 +10,7 @@ import re
 import signal
 from collections.abc import Iterator
 from contextlib import closing
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.panel.programs import FROM_SETTINGS
 from tri_glide_kinematics.panel.tabs import SHOW_PERIOD
 from tri_glide_kinematics.programs import PathStep, load_drive
+from tri_glide_kinematics.recordings import load_recording
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 
 pytestmark = pytest.mark.slow
@@ -390,6 +392,41 @@ def test_points_are_taught_driven_paused_and_saved(panel: Panel, page: TextPage)
 
 
 # Two pages
+
+
+def test_a_fault_is_recorded_and_drawn_and_sent_to_the_page(
+    panel: Panel, page: TextPage, tmp_path: Path
+) -> None:
+    def told() -> list[str]:
+        return [each["press"] for each in page.history if "are recorded" in each["text"]]
+
+    page.tab = "Curves"
+    panel.client.wait_for(lambda: page.choices_of("Curves of"), "what can be drawn")
+    before = told()
+    panel.client.send_pose((0.03, 0.0, 0.25))
+    panel.wait_for_motion()
+    simulator = panel.machine.simulator.process
+    simulator.send_signal(signal.SIGSTOP)
+    try:
+        panel.machine.wait_for_state("fault")
+        panel.client.wait_for(lambda: told() != before, "the recording")
+    finally:
+        simulator.send_signal(signal.SIGCONT)
+    page.press_history("are recorded")
+    panel.read_until(page, "fault at")
+    name = page.value_of("Curves of")
+    page.click("Download the recording")
+    file = tmp_path / f"{name}.csv"
+    panel.client.wait_for(lambda: file.name in page.downloads, "the file")
+    panel.client.wait_for(lambda: b"".join(page.downloads[file.name]).endswith(b"\n"), "all of it")
+    file.write_bytes(b"".join(page.downloads[file.name]))
+    recording = load_recording(file, ())
+    assert recording.measured is not None
+    assert recording.velocities is not None
+    assert np.abs(recording.velocities).max() > 0.01
+    assert not recording.velocities[-1].any()
+    page.set("Curves of", page.choices_of("Curves of")[0])
+    panel.client.wait_for(lambda: "fault at" not in page.text, "the curves of now")
 
 
 def test_a_second_page_cannot_take_the_controls_unasked(

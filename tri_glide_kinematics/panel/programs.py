@@ -13,7 +13,6 @@ from typing import BinaryIO
 
 import numpy as np
 import viser
-from viser import _messages as messages
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import OutsideFolderError, file_in
@@ -37,6 +36,7 @@ from tri_glide_kinematics.panel.program_reading import (
     points_of_line,
     shown_text,
 )
+from tri_glide_kinematics.panel.viser_parts import messages
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramCheck,
@@ -335,12 +335,28 @@ class Uploads:
             self.folder.drop()
 
 
+# Larger files are not sent to a page: what it is told meanwhile would wait behind them [bytes].
+LARGEST_SENT = 5_000_000
+
+
+def send_file(server: viser.ViserServer, requests: OperatorRequests, path: Path) -> None:
+    """Send a file to the page that has the controls."""
+    holder = requests.controls.holder
+    client = None if holder is None else server.get_clients().get(holder)
+    try:
+        if (size := path.stat().st_size) > LARGEST_SENT:
+            text = f"{size / 1e6:,.1f} MB, at most {LARGEST_SENT / 1e6:g} MB: copy {path}"
+            requests.refuse(f"not sent: {path.name} has {text}")
+        elif client is not None:
+            client.send_file_download(path.name, path.read_bytes(), PIECE, save_immediately=True)
+    except OSError as error:
+        requests.refuse(f"not sent: {path.name}: {error.strerror or error}")
+
+
 # The program that is chosen on the page, and what is known of it before and while it runs.
 
 FROM_SETTINGS = "as in the settings"
 LONGEST_LINE = 80  # characters of it that are shown
-# Larger files are not sent to a page: what it is told meanwhile would wait behind them [bytes].
-LARGEST_SENT = 5_000_000
 MOST_TOLD = 5  # words that a program has and the machine does not do
 
 

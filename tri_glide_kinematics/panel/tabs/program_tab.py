@@ -42,12 +42,12 @@ from tri_glide_kinematics.panel.program_reading import (
 )
 from tri_glide_kinematics.panel.programs import (
     FROM_SETTINGS,
-    LARGEST_SENT,
     NO_FILE,
-    PIECE,
     ChosenProgram,
     Uploads,
+    send_file,
 )
+from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramRun,
@@ -143,7 +143,7 @@ class ProgramTab:
         """
         gui = server.gui
         self._requests = requests
-        self._clients = server.get_clients
+        self._server = server
         self._folder = uploads.folder
         self._uploads = uploads
         self._kept = kept
@@ -324,7 +324,7 @@ class ProgramTab:
         if not name:
             self._requests.refuse("choose a program first")
         elif what == "download":
-            self._send(name)
+            send_file(self._server, self._requests, self._folder.path(name))
         elif self.is_running:
             self._requests.refuse(f"nothing done: {name} runs")
         elif what == "rename":
@@ -339,20 +339,6 @@ class ProgramTab:
             self._folder.remove(name)
             self._take_file(NO_FILE)
             self._requests.history.add(WARNING, f"{name} was deleted")
-
-    def _send(self, name: str) -> None:
-        """Send a file to the page that has the controls."""
-        path = self._folder.path(name)
-        holder = self._requests.controls.holder
-        client = None if holder is None else self._clients().get(holder)
-        try:
-            if (size := path.stat().st_size) > LARGEST_SENT:
-                text = f"{size / 1e6:,.1f} MB, at most {LARGEST_SENT / 1e6:g} MB: copy {path}"
-                self._requests.refuse(f"not sent: {name} has {text}")
-            elif client is not None:
-                client.send_file_download(name, path.read_bytes(), PIECE, save_immediately=True)
-        except OSError as error:
-            self._requests.refuse(f"not sent: {name}: {error.strerror or error}")
 
     def _take_row(self, row: int, _: object) -> None:
         """Let *run* begin at a line of the listing."""
@@ -372,7 +358,7 @@ class ProgramTab:
             first = max(1, min(line - LISTED // 2, lines + 1 - LISTED))
             rows = (
                 f'<button class="tri-glide-row{" now" * (each == line)}" '
-                f'data-press="{button._impl.uuid}">{each}  {escape(chosen.text_of(each))}</button>'
+                f'data-press="{uuid_of(button)}">{each}  {escape(chosen.text_of(each))}</button>'
                 for each, button in zip(range(first, lines + 1), self._rows)
             )
             self._first, content = first, "".join(rows)
