@@ -177,11 +177,12 @@ class TextPage:
         """Press Stop."""
         self._press(self._settings["stop"])
 
-    def upload(self, name: str, file: str | bytes) -> None:
-        """Send a small ``file``."""
+    def upload(self, name: str, file: str | bytes, size: int | None = None) -> None:
+        """Send a small ``file``, or the first piece of one that has a ``size`` [bytes]."""
         content = file.encode() if isinstance(file, str) else file
         transfer = {"source_component_uuid": "", "transfer_uuid": name}
-        told = {"filename": name, "mime_type": "", "part_count": 1, "size_bytes": len(content)}
+        size = len(content) if size is None else size
+        told = {"filename": name, "mime_type": "", "part_count": 1, "size_bytes": size}
         self._send("FileTransferStartUpload", **transfer, **told)
         self._send("FileTransferPart", **transfer, part_index=0, content=content)
 

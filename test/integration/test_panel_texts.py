@@ -20,7 +20,7 @@ from testing.panel import Panel
 from testing.text_page import RENEWALS, TextPage
 from tri_glide_interfaces.msg import Output, ProgramRun
 from tri_glide_kinematics.control import Cause
-from tri_glide_kinematics.panel.programs import FROM_SETTINGS
+from tri_glide_kinematics.panel.programs import FROM_SETTINGS, NO_FILE, PIECE
 from tri_glide_kinematics.panel.tabs import SHOW_PERIOD
 from tri_glide_kinematics.programs import PathStep, load_drive
 from tri_glide_kinematics.recordings import load_recording
@@ -124,6 +124,28 @@ def test_a_file_is_seen_and_checked_and_one_that_is_wrong_tells_its_line(
     # A file that is gone from the folder is gone from the page.
     (panel.programs / "nul.ngc").unlink()
     panel.read_until(operator, "nul.ngc is no longer in the folder")
+
+
+def test_what_is_sent_read_or_proved_is_cancelled(panel: Panel, operator: TextPage) -> None:
+    def cancel(work: str) -> None:
+        panel.read_until(operator, f"is being {work}")
+        operator.click("cancel")
+        # The history tells it once more.
+        panel.client.wait_for(lambda: f"is being {work} (" not in operator.text, "the end of it")
+        panel.client.wait_for(lambda: f"is being {work}" in operator.history[0]["text"], work)
+
+    operator.upload("large.ngc", b"(" + bytes(PIECE - 1), 3 * PIECE)
+    panel.read_until(operator, "33 %")
+    cancel("sent")
+    assert not (panel.programs / "large.ngc").exists()
+    operator.upload("square.ngc", SQUARE)
+    cancel("read")
+    panel.client.wait_for(lambda: operator.value_of("File") == NO_FILE, "no file")
+    operator.upload("square.ngc", SQUARE)
+    panel.read_until(operator, "-20 to 60 mm")
+    operator.click("check")
+    cancel("proved")
+    panel.read_until(operator, "duration not known before the check")
 
 
 def test_only_what_is_new_and_seen_is_sent(panel: Panel, page: TextPage) -> None:

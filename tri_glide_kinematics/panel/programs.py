@@ -20,9 +20,9 @@ from tri_glide_kinematics.panel.machine import (
     Bounds,
     MachineFacts,
     OperatorRequests,
-    bar,
     clock_text,
     note,
+    progress,
     table,
 )
 from tri_glide_kinematics.panel.program_reading import (
@@ -225,6 +225,7 @@ class _Incoming:
         stream: that what has come is written to.
         received: what has come [bytes].
         count: of pieces that have come.
+        is_cancelled: whether the rest is not wanted.
     """
 
     page: int
@@ -234,6 +235,7 @@ class _Incoming:
     stream: BinaryIO
     received: int = 0
     count: int = 0
+    is_cancelled: bool = False
 
 
 class Uploads:
@@ -262,12 +264,20 @@ class Uploads:
 
     @property
     def text(self) -> str:
-        """What is on its way, in words; empty for nothing."""
+        """What is on its way, for the page; empty for nothing."""
         incoming = self._incoming
-        if incoming is None:
+        if incoming is None or incoming.is_cancelled:
             return ""
-        part = 100.0 * incoming.received / incoming.size
-        return f"{incoming.name}: {part:.0f} % of {incoming.size / 1e6:.1f} MB are here"
+        words = f"{incoming.name}, {incoming.size / 1e6:.1f} MB, is being sent (cancel ends it)"
+        return progress(incoming.received / incoming.size, words, is_work=True)
+
+    def cancel(self) -> str:
+        """Take no more of what is on its way, and return its name; empty for nothing."""
+        incoming = self._incoming
+        if incoming is None or incoming.is_cancelled:
+            return ""
+        incoming.is_cancelled = True
+        return incoming.name
 
     def take(self, page: int, message: messages.Message) -> None:
         """Take what a ``page`` says of a file."""
@@ -301,7 +311,9 @@ class Uploads:
         if incoming is None or (page, str(message.transfer_uuid)) != (incoming.page, incoming.key):
             return
         content = message.content
-        if self._requests.controls.holder != page:
+        if incoming.is_cancelled:
+            self._drop()
+        elif self._requests.controls.holder != page:
             self._give_up("its page has the controls no more")
         elif message.part_index != incoming.count or not isinstance(content, bytes):
             self._give_up("it did not come whole")
@@ -540,9 +552,9 @@ class ChosenProgram:
         """Return what is known of it, for the page."""
         parts = []
         if self._process is not None:
-            part, seconds = self._process.part, clock_text(monotonic() - self._process.begun_at)
-            parts.append(table([(f"{100.0 * part:.0f} %", bar(part))]))
-            parts.append(note(f"{self.in_work}, since {seconds} (cancel ends it)"))
+            seconds = clock_text(monotonic() - self._process.begun_at)
+            text = f"{self.in_work}, since {seconds} (cancel ends it)"
+            parts.append(progress(self._process.part, text, is_work=True))
         if is_running and self.is_changed:
             text = f"{self.changed}: what runs is what was read before"
             parts.append(note(text, is_bad=True))

@@ -25,11 +25,10 @@ from tri_glide_kinematics.panel.machine import (
     OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
-    bar,
     clock_text,
     code,
     note,
-    table,
+    progress,
 )
 from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
 from tri_glide_kinematics.panel.program_reading import (
@@ -238,8 +237,7 @@ class ProgramTab:
         if self._is_due("list", LIST_PERIOD):
             self._show_list()
         if self._is_due("show", SHOW_PERIOD):
-            uploading = note(self._uploads.text) if self._uploads.text else ""
-            self._words.content = uploading + self._chosen.text(is_running=self.is_running)
+            self._words.content = self._uploads.text + self._chosen.text(is_running=self.is_running)
             self._show_progress()
             self._show_lines()
 
@@ -390,11 +388,13 @@ class ProgramTab:
         elif what == "run":
             self._begin_run()
         elif what == "cancel":
-            if self._chosen.is_in_work:
+            if name := self._uploads.cancel():
+                self._requests.history.add(WARNING, f"cancelled: {name} is being sent")
+            elif self._chosen.is_in_work:
                 self._requests.history.add(WARNING, f"cancelled: {self._chosen.in_work}")
                 self._chosen.cancel()
             else:
-                self._requests.refuse("nothing cancelled: no program is being read or proved")
+                self._requests.refuse("nothing cancelled: no program is being sent, read or proved")
         elif what == "pause":
             self._requests.link.trigger("pause")
         elif what == "go on":
@@ -497,13 +497,7 @@ class ProgramTab:
             parts.append(f"{clock_text(left)} left{at_whole}")
         if run.state is RunState.WAITING:
             parts.append(f"waits: {run.doing}")
-        self._progress.content = "".join(
-            (
-                table([(f"{100.0 * part:.0f} %", bar(part))]),
-                note("; ".join(parts)),
-                code(chosen.text_of(line)),
-            )
-        )
+        self._progress.content = progress(part, "; ".join(parts)) + code(chosen.text_of(line))
         self._mark(0 if is_done else line)
 
     def _told_of_other(self) -> str:
@@ -518,7 +512,7 @@ class ProgramTab:
         if self.link.other_goes_on:
             words = f"{other.driver} runs {name}: line {line:,} of {other.lines:,}; {other.doing}"
             part = line / max(other.lines, line)
-            return table([(f"{100.0 * part:.0f} %", bar(part))]) + note(words)
+            return progress(part, words)
         if other.state != RunMessage.ENDED:
             other.state = RunMessage.ENDED
             if is_here and name == self._chosen.name:
