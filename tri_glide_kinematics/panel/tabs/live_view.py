@@ -193,7 +193,8 @@ def numbers_table(
             rows.append(
                 (
                     f"{name} velocity",
-                    f"{1000.0 * velocities[index]:.1f} mm/s",
+                    # A zero has no sign.
+                    f"{round(1000.0 * velocities[index], 1) + 0.0:.1f} mm/s",
                     bar(part, is_much=part > MUCH),
                 )
             )
