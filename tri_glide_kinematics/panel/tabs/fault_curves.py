@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -46,9 +47,9 @@ class FaultCurves:
         self._words = gui.add_html("")
         self._lag = LagPlot(gui)
         self._offsets = np.zeros(3)
-        # What is chosen, drawn by now, and read by a thread.
-        self._chosen = self._drawn = NOW
-        self._read: dict[str, tuple[str, History, History]] = {}
+        self._chosen = NOW
+        # What a thread has read: the name, its words, motion and lag.
+        self._read: deque[tuple[str, str, History | None, History | None]] = deque()
 
     def look(self) -> None:
         """Offer the recordings that there are, and tell of a new one."""
@@ -71,13 +72,14 @@ class FaultCurves:
     def draw(self, curves: Curves, facts: MachineFacts) -> None:
         """Let ``curves`` draw what is chosen, once it is read."""
         self._offsets = np.array(facts.values["height_offsets"])
-        if self._drawn == self._chosen or not (self._chosen == NOW or self._chosen in self._read):
+        if not self._read:
             return
-        self._drawn = self._chosen
-        words, motion, lag = self._read.pop(self._chosen, ("", None, None))
-        self._words.content = note(words) if words else ""
-        self._download.visible = self._chosen != NOW
+        name, words, motion, lag = self._read.popleft()
+        if name != self._chosen:
+            return
         curves.recorded = motion
+        self._words.content = note(words) if words else ""
+        self._download.visible = name != NOW
         self._lag.show(lag)
 
     def _show(self, name: str, _: object = None) -> None:
@@ -88,8 +90,10 @@ class FaultCurves:
         if name == self._chosen:
             return
         self._chosen = name
-        if self._files and name in self._files:
-            Thread(target=self._load, args=(name, self._files[name]), daemon=True).start()
+        if file := (self._files or {}).get(name):
+            Thread(target=self._load, args=(name, file), daemon=True).start()
+        else:
+            self._read.append((NOW, "", None, None))
 
     def _load(self, name: str, file: Path) -> None:
         motion, lag = History(), History()
@@ -110,8 +114,8 @@ class FaultCurves:
                 lag.add(time, lags, lags, lags)
         except (KinematicsError, OSError, ValueError) as error:
             words = f"not drawn: {error}"
-        self._read[name] = words, motion, lag
+        self._read.append((name, words, motion, lag))
 
     def _send(self) -> None:
-        if self._files and self._chosen in self._files:
-            send_file(self._server, self._requests, self._files[self._chosen])
+        if file := (self._files or {}).get(self._chosen):
+            send_file(self._server, self._requests, file)
