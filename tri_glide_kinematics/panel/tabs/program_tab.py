@@ -388,6 +388,7 @@ class ProgramTab:
         elif what == "run":
             self._begin_run()
         elif what == "cancel":
+            self._due["show"] = 0.0
             if name := self._uploads.cancel():
                 self._requests.history.add(WARNING, f"cancelled: {name} is being sent")
             elif self._chosen.is_in_work:
