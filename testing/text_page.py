@@ -17,6 +17,7 @@ from testing import page_reader
 
 # How page.js is told what stands above the page, and what Stop presses.
 SHOWN = re.compile(r"window\.triGlide\?\.show\((.*)\)")
+HISTORY = re.compile(r"window\.triGlide\?\.history\((.*)\)")
 SETTINGS = re.compile(r"^const settings = (.*);$", re.MULTILINE)
 # A button of the pad, and other ones that page.js presses: what it does, of what, and its name.
 PAD = re.compile(r'data-(?:hold|press)="([^"]+)"[^>]*>([^<]*)<')
@@ -31,6 +32,7 @@ class TextPage:
 
     Attributes:
         strip: what stands above the page, by its kind: state, reason, refusal, pages.
+        history: what was told before, the newest first.
         nodes: names of all that the scene has.
         plots: how often curves were sent.
         loads: bytes that came up to each sign of life, since the one before.
@@ -42,6 +44,7 @@ class TextPage:
         """Open the panel with this ``address``, the token included."""
         self._tab = tab
         self.strip: dict[str, Any] = {}
+        self.history: list[dict[str, Any]] = []
         self.nodes: set[str] = set()
         self.plots = 0
         self.loads: list[int] = []
@@ -73,6 +76,8 @@ class TextPage:
                 else:
                     self.loads.append(self._load)
                     self._load = 0
+            elif found := HISTORY.fullmatch(source):
+                self.history = json.loads(found.group(1))
             elif found := SETTINGS.search(source):
                 self._settings = json.loads(found.group(1))
                 self._tell_tab()
@@ -130,6 +135,10 @@ class TextPage:
         """The kinds of all controls, whether they are seen or not."""
         return {each["type"] for each in tuple(self._controls.values())}
 
+    def choices_of(self, label: str) -> list[str]:
+        """Return the choices of the list with a ``label``."""
+        return list(self._labelled(label)["props"]["options"])
+
     def value_of(self, label: str) -> Any:
         """Return what stands in the field with a ``label``."""
         return self._labelled(label)["value"]
@@ -149,6 +158,10 @@ class TextPage:
                 return self._press(control["uuid"])
         return self._press(self._pad(words))
 
+    def press_history(self, words: str) -> None:
+        """Click on the button beside the newest message with these ``words``."""
+        self._press(next(each["press"] for each in self.history if words in each["text"]))
+
     def type_line(self, line: str) -> None:
         """Type a line into the field for lines, and press Enter."""
         html = "".join(each["props"].get("content", "") for each in self._shown())
@@ -164,11 +177,12 @@ class TextPage:
         """Press Stop."""
         self._press(self._settings["stop"])
 
-    def upload(self, name: str, file: str | bytes) -> None:
-        """Send a small ``file``."""
+    def upload(self, name: str, file: str | bytes, size: int | None = None) -> None:
+        """Send a small ``file``, or the first piece of one that has a ``size`` [bytes]."""
         content = file.encode() if isinstance(file, str) else file
         transfer = {"source_component_uuid": "", "transfer_uuid": name}
-        told = {"filename": name, "mime_type": "", "part_count": 1, "size_bytes": len(content)}
+        size = len(content) if size is None else size
+        told = {"filename": name, "mime_type": "", "part_count": 1, "size_bytes": size}
         self._send("FileTransferStartUpload", **transfer, **told)
         self._send("FileTransferPart", **transfer, part_index=0, content=content)
 

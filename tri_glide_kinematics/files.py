@@ -74,6 +74,15 @@ def state_folder() -> Path:
     return state / "tri_glide_kinematics"
 
 
+def file_of_machine(name: str, namespace: str) -> Path:
+    """Return where something is kept for the machine in a ``namespace``, by the ``name`` of it.
+
+    Raises:
+        NoHomeError: if the user has no home.
+    """
+    return state_folder() / "_".join((name, *filter(None, namespace.split("/"))))
+
+
 def file_in(folder: Path, name: str) -> Path:
     """Return the path of a file in a folder, links followed.
 

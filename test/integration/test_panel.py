@@ -491,6 +491,12 @@ def test_a_page_is_dark_where_its_browser_asks_for_it(panel: Panel, drawn: Page)
     page.wait_for(f"!({dark})", "the colours of before", spin=panel.spin)
 
 
+def test_viser_has_what_the_script_of_the_page_takes(page: Page) -> None:
+    names = ("sendMessage", "requestRender", "messageQueue", "drainMessageQueue")
+    missing = f"{json.dumps(names)}.filter((each) => !(each in (window.__viserMutable ?? {{}})))"
+    assert page.evaluate(missing) == [], "another version of viser: page.js needs these"
+
+
 TABS = ("Drive", "Points", "Program", "Numbers", "Curves", "Swing", "Mechanisms")
 # axe-core comes in this package, of which nothing else is used.
 AXE = find_spec("axe_playwright_python")
@@ -498,16 +504,34 @@ VIOLATIONS = """axe.run(document, {resultTypes: ["violations"], runOnly: {type: 
   ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]}}).then((found) => found.violations.map(
   ({id, nodes}) =>
     [id, ...nodes.map((node) => `${node.html.slice(0, 200)} ${node.failureSummary}`)]))"""
+# Words that do not fit, and what lies above a button or a field once it was scrolled into sight.
+HIDDEN = """{
+const hides = (each) => {
+  if (!each.offsetParent || each.type === "file") return false;
+  const isCut = each.scrollWidth > each.clientWidth + 1 && each.clientWidth > 0 &&
+    getComputedStyle(each).overflowX !== "visible";
+  if (isCut || !each.matches("button, input, [role=tab]")) return isCut;
+  each.scrollIntoView({block: "center"});
+  const {x, y, width, height} = each.getBoundingClientRect();
+  const above = document.elementFromPoint(x + width / 2, y + height / 2);
+  return width && (x < -1 || x + width > innerWidth + 1 || !each.parentElement.contains(above));
+};
+[...document.querySelectorAll("button, input, label, [role=tab], span, p, td")].filter(hides)
+  .map((each) => each.outerHTML.slice(0, 200)) }"""
 
 
 @pytest.mark.skipif(AXE is None, reason="no axe-core: pip install --no-deps axe-playwright-python")
-def test_axe_finds_no_violation_of_wcag(page: Page) -> None:
+def test_axe_finds_no_violation_of_wcag_and_nothing_is_hidden(page: Page) -> None:
     assert AXE and AXE.origin
     page.evaluate(f"{Path(AXE.origin).with_name('axe.min.js').read_text(encoding='utf-8')};0")
     named = "![...document.querySelectorAll('input, button')].some((each) => each.offsetParent"
     named += " && !each.labels?.length && !each.ariaLabel && !each.textContent)"
     try:
-        for scheme in ("light", "dark"):
+        # Sizes change what fits, and hardly a colour.
+        for scheme, size in (
+            *(("light", SMALL), ("dark", SMALL), ("light", (360, 740)), ("dark", (1920, 1080))),
+        ):
+            page.resize(size)
             features = [{"name": "prefers-color-scheme", "value": scheme}]
             page.call("Emulation.setEmulatedMedia", features=features)
             is_shown = f"document.documentElement.dataset.mantineColorScheme === '{scheme}'"
@@ -515,7 +539,8 @@ def test_axe_finds_no_violation_of_wcag(page: Page) -> None:
             for name in TABS:
                 page.click(tab(name))
                 page.wait_for(named, "names of all controls")
-                assert page.evaluate(VIOLATIONS) == [], f"{name}, {scheme}"
+                assert page.evaluate(VIOLATIONS) == [], f"{name}, {scheme}, {size}"
+                assert page.evaluate(HIDDEN) == [], f"{name}, {scheme}, {size}"
     finally:
         page.call("Emulation.setEmulatedMedia", features=[])
 

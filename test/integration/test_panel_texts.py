@@ -10,6 +10,7 @@ import re
 import signal
 from collections.abc import Iterator
 from contextlib import closing
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,9 +20,10 @@ from testing.panel import Panel
 from testing.text_page import RENEWALS, TextPage
 from tri_glide_interfaces.msg import Output, ProgramRun
 from tri_glide_kinematics.control import Cause
-from tri_glide_kinematics.panel.programs import FROM_SETTINGS
+from tri_glide_kinematics.panel.programs import FROM_SETTINGS, NO_FILE, PIECE
 from tri_glide_kinematics.panel.tabs import SHOW_PERIOD
 from tri_glide_kinematics.programs import PathStep, load_drive
+from tri_glide_kinematics.recordings import load_recording
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 
 pytestmark = pytest.mark.slow
@@ -122,6 +124,28 @@ def test_a_file_is_seen_and_checked_and_one_that_is_wrong_tells_its_line(
     # A file that is gone from the folder is gone from the page.
     (panel.programs / "nul.ngc").unlink()
     panel.read_until(operator, "nul.ngc is no longer in the folder")
+
+
+def test_what_is_sent_read_or_proved_is_cancelled(panel: Panel, operator: TextPage) -> None:
+    def cancel(work: str) -> None:
+        panel.read_until(operator, f"is being {work}")
+        operator.click("cancel")
+        # The history tells it once more.
+        panel.client.wait_for(lambda: f"is being {work} (" not in operator.text, "the end of it")
+        panel.client.wait_for(lambda: f"is being {work}" in operator.history[0]["text"], work)
+
+    operator.upload("large.ngc", b"(" + bytes(PIECE - 1), 3 * PIECE)
+    panel.read_until(operator, "33 %")
+    cancel("sent")
+    assert not (panel.programs / "large.ngc").exists()
+    operator.upload("square.ngc", SQUARE)
+    cancel("read")
+    panel.client.wait_for(lambda: operator.value_of("File") == NO_FILE, "no file")
+    operator.upload("square.ngc", SQUARE)
+    panel.read_until(operator, "-20 to 60 mm")
+    operator.click("check")
+    cancel("proved")
+    panel.read_until(operator, "duration not known before the check")
 
 
 def test_only_what_is_new_and_seen_is_sent(panel: Panel, page: TextPage) -> None:
@@ -390,6 +414,41 @@ def test_points_are_taught_driven_paused_and_saved(panel: Panel, page: TextPage)
 
 
 # Two pages
+
+
+def test_a_fault_is_recorded_and_drawn_and_sent_to_the_page(
+    panel: Panel, page: TextPage, tmp_path: Path
+) -> None:
+    def told() -> list[str]:
+        return [each["press"] for each in page.history if "are recorded" in each["text"]]
+
+    page.tab = "Curves"
+    panel.client.wait_for(lambda: page.choices_of("Curves of"), "what can be drawn")
+    before = told()
+    panel.client.send_pose((0.03, 0.0, 0.25))
+    panel.wait_for_motion()
+    simulator = panel.machine.simulator.process
+    simulator.send_signal(signal.SIGSTOP)
+    try:
+        panel.machine.wait_for_state("fault")
+        panel.client.wait_for(lambda: told() != before, "the recording")
+    finally:
+        simulator.send_signal(signal.SIGCONT)
+    page.press_history("are recorded")
+    panel.read_until(page, "fault at")
+    name = page.value_of("Curves of")
+    page.click("Download the recording")
+    file = tmp_path / f"{name}.csv"
+    panel.client.wait_for(lambda: file.name in page.downloads, "the file")
+    panel.client.wait_for(lambda: b"".join(page.downloads[file.name]).endswith(b"\n"), "all of it")
+    file.write_bytes(b"".join(page.downloads[file.name]))
+    recording = load_recording(file, ())
+    assert recording.measured is not None
+    assert recording.velocities is not None
+    assert np.abs(recording.velocities).max() > 0.01
+    assert not recording.velocities[-1].any()
+    page.set("Curves of", page.choices_of("Curves of")[0])
+    panel.client.wait_for(lambda: "fault at" not in page.text, "the curves of now")
 
 
 def test_a_second_page_cannot_take_the_controls_unasked(

@@ -15,6 +15,7 @@ from sensor_msgs.msg import JointState
 
 from tri_glide_interfaces.msg import Output, ProgramRun
 from tri_glide_kinematics.control import (
+    FAULT,
     FeedForward,
     Health,
     LoopStatistics,
@@ -31,6 +32,7 @@ from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.reason_log import ReasonLog, RefusalLog
+from tri_glide_kinematics.recordings import FaultRecorder
 from tri_glide_kinematics.ros.cdr import read_kinds_within_bytes
 from tri_glide_kinematics.ros.inputs import (
     NODE_ENDS,
@@ -163,6 +165,14 @@ class IkNode(Node):
         )
         self._reports.progress = lambda: self._controller.progress
         self._runs = ProgramRuns(values["program_timeout"])
+        self._recorder = FaultRecorder(
+            self.get_namespace(),
+            period,
+            values["height_offsets"],
+            lambda text: self.get_logger().info(text),
+            lambda text: self.get_logger().warning(text),
+        )
+        self._records = values["fault_recordings"]
         parameters.on_change(self._apply)
         self._others = OtherPublishers(self, self._outputs.publishers, self._on_others)
         self._requests = services = MachineServices(
@@ -254,6 +264,8 @@ class IkNode(Node):
             return None
 
     def _tell(self, now: float, setpoint: SliderState | None) -> None:
+        if self._records:
+            self._record(now, setpoint)
         outputs = self._controller.passed_outputs
         if not outputs and self._runs.safe_outputs and self._controller.rests:
             outputs = self._runs.safe_outputs
@@ -267,6 +279,13 @@ class IkNode(Node):
             is_fresh = self._supervisor.is_fresh(now)
             measured = self._controller.measured_heights if is_fresh else None
             self._motion_states.publish(setpoint, measured)
+
+    def _record(self, now: float, setpoint: SliderState | None) -> None:
+        controller = self._controller
+        if setpoint is not None:
+            self._recorder.add(now, setpoint, controller.measured_heights)
+        fault = controller.reason.text if controller.state is FAULT else None
+        self._recorder.look(now, fault, leads=controller.leads)
 
     def _plan(self, until: float) -> None:
         """Use what is left of a cycle, ``until`` some time.monotonic(), to plan."""

@@ -21,7 +21,6 @@ from typing import Any, Protocol
 from urllib.parse import parse_qs
 
 import viser
-from viser import _messages as messages
 from websockets.asyncio import server as websockets_server
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request as HttpRequest
@@ -29,6 +28,7 @@ from websockets.http11 import Response
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import NoHomeError, state_folder
+from tri_glide_kinematics.panel.viser_parts import messages
 from tri_glide_kinematics.reason_log import ReasonLog
 
 # Admission: a request needs the token, an address of ours, and no origin but our page.

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, sin
-from typing import Any
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
-from viser import _messages as messages
 
 from tri_glide_kinematics.description import Parts
 from tri_glide_kinematics.panel.machine import MachineFacts
+from tri_glide_kinematics.panel.viser_parts import Quaternion, place, turn
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-
-Quaternion = tuple[float, float, float, float]
 
 
 def arm_turn(parts: Parts, arm: int, height: float, position: Vector3) -> Quaternion:
@@ -80,18 +77,6 @@ def skin(rings: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]:
     faces.append(np.column_stack((np.full(count, bottom), after, here)))
     faces.append(np.column_stack((np.full(count, top), last + here, last + after)))
     return vertices, np.concatenate(faces).astype(np.uint32)
-
-
-def place(handle: Any, position: Vector3) -> None:
-    """Move a part to a ``position`` [m] in the frame of what it belongs to."""
-    handle._impl.position[:] = position
-    handle._impl.api._queue_scene_message(messages.SetPositionMessage(handle.name, position))
-
-
-def turn(handle: Any, wxyz: Quaternion) -> None:
-    """Turn a part to a rotation in the frame of what it belongs to."""
-    handle._impl.wxyz[:] = wxyz
-    handle._impl.api._queue_scene_message(messages.SetOrientationMessage(handle.name, wxyz))
 
 
 # A shorter move of a part is not sent: it would not be seen [m].

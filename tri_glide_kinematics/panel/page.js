@@ -171,6 +171,7 @@ const padTimer = setInterval(lookAtPad, 1000 / settings.renewals);
 on(document, "click", (event) => {
   const button = event.target.closest?.("[data-press]");
   if (button) press(button.dataset.press);
+  if (button?.closest(".history")) [...document.querySelectorAll("[role=tab]")].find((each) => each.textContent === "Curves")?.click();
 });
 
 // Enter sends what stands in the field with data-line; the arrows up and down bring lines of before back.
@@ -233,7 +234,7 @@ on(more, "click", () => {
   more.setAttribute("aria-expanded", String(!list.hidden));
 });
 const history = (entries) => {
-  list.replaceChildren(...entries.map(({ time, color, text, log, count }) => {
+  list.replaceChildren(...entries.map(({ time, color, text, log, count, press: shows }) => {
     const item = document.createElement("li");
     item.dataset.color = color;
     const add = (name, words) => {
@@ -245,6 +246,13 @@ const history = (entries) => {
     add("time", time);
     add("text", count > 1 ? `${text} (${count} times)` : text);
     if (log) add("log", `log, in m: ${log}`);
+    if (shows) {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = "recording";
+      button.dataset.press = shows;
+      item.append(" ", button);
+    }
     return item;
   }));
 };

@@ -1,8 +1,6 @@
 """The page: viser's server on this machine alone, with a strip and Stop above all else.
 
-This module, ``guard`` and ``machine_scene`` use what viser does not offer to its users: to refuse
-connections, to have something above its page, to switch off its share link, and to move parts
-cheaply. viser is pinned, and tests in a browser show that each of these works.
+Tests in a browser show that what ``viser_parts`` takes of viser for this works.
 """
 
 from __future__ import annotations
@@ -16,13 +14,13 @@ from importlib.resources import files
 from typing import Any, Protocol
 
 import viser
-from viser import _messages as messages
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.admission import QUERY, Admission, guarded_server
 from tri_glide_kinematics.panel.machine import RENEWALS, Entry
 from tri_glide_kinematics.panel.machine_scene import light_plainly
 from tri_glide_kinematics.panel.programs import PIECE
+from tri_glide_kinematics.panel.viser_parts import Connections, messages, run_script, uuid_of
 
 PING_PERIOD = 0.5  # s
 # After so many periods without an answer, nobody is there.
@@ -155,16 +153,15 @@ class Page:
         if port and server.get_port() != port:
             server.stop()
             raise PortTakenError(host, port)
-        self._socket = server._websock_server
+        # ``guard`` drops what pages say of a public address.
+        self._connections = Connections(server)
         self._settings = ""
         self._host = host
-        # Nothing leads to a public address; ``guard`` drops what pages say of it.
-        server.request_share_url = lambda *_, **__: None  # type: ignore[method-assign]
         self.on_presence: Callable[[int, bool], None] = lambda *_: None
         self.on_file: Callable[[int, messages.Message], object] = lambda *_: None
         self._watches: set[asyncio.Task[None]] = set()
         self.open_tabs: dict[int, str] = {}
-        self._socket._client_connect_cb.insert(0, self._watch)
+        self._connections.on_connect(self._watch)
         self._loop = server.get_event_loop()
         self._loop.call_soon_threadsafe(self._wake)
         light_plainly(server.scene)
@@ -200,10 +197,10 @@ class Page:
         self.server.on_client_disconnect(forget)
         settings = {
             "css": room.joinpath("page.css").read_text(encoding="utf-8"),
-            "stop": stop._impl.uuid,
-            "tab": tab._impl.uuid,
-            "release": release._impl.uuid,
-            **{name: button._impl.uuid for name, button in self._themes().items()},
+            "stop": uuid_of(stop),
+            "tab": uuid_of(tab),
+            "release": uuid_of(release),
+            **{name: uuid_of(button) for name, button in self._themes().items()},
             "renewals": RENEWALS,
             "silence": SILENCE,
             "piece": PIECE,
@@ -229,11 +226,11 @@ class Page:
 
     def greet(self, client: viser.ClientHandle) -> None:
         """Put all that lies above the page there."""
-        self._run(client, self._settings)
+        run_script(client, self._settings)
 
     def show(self, client: viser.ClientHandle, strip: Strip | None) -> None:
         """Show a ``strip`` on one page; None is a sign of life, for one that has not changed."""
-        self._run(client, f"window.triGlide?.show({json.dumps(asdict(strip)) if strip else ''})")
+        run_script(client, f"window.triGlide?.show({json.dumps(asdict(strip)) if strip else ''})")
 
     def shows(self, tab: str) -> bool:
         """Tell whether any page has this ``tab`` open."""
@@ -243,41 +240,28 @@ class Page:
         """Ask a ``page`` for the first so many pieces of a file, by its ``key``."""
         client = self.server.get_clients().get(page)
         if client is not None:
-            self._run(client, f"window.triGlide?.sendPieces({json.dumps(key)}, {count})")
+            run_script(client, f"window.triGlide?.sendPieces({json.dumps(key)}, {count})")
 
     def _take_file(self, connection: Any, message: messages.Message) -> None:
         """Pass on what the page of a ``connection`` says of a file."""
-        for page, socket in self._socket._live_connections.items():
-            if socket is connection:
-                self.on_file(page, message)
-                return
+        page = self._connections.page_of(connection)
+        if page is not None:
+            self.on_file(page, message)
 
     def show_history(self, client: viser.ClientHandle, history: Sequence[Entry]) -> None:
         """Show on one page what was told, the newest first."""
         rows = [{**asdict(entry), "time": entry.clock} for entry in history]
-        self._run(client, f"window.triGlide?.history({json.dumps(rows)})")
-
-    def _run(self, client: viser.ClientHandle, script: str) -> None:
-        # To one page at a time: what is sent to all of them is kept for those that come later.
-        client._websock_connection.queue_message(messages.RunJavascriptMessage(script))
+        run_script(client, f"window.triGlide?.history({json.dumps(rows)})")
 
     def _wake(self) -> None:
-        """Send what waits to be sent, again and again.
-
-        viser sets the event that something is to be sent in the thread that has it. Where this
-        falls between the look at the event and the wait for it, the event is set, nobody is woken,
-        and to set it again wakes nobody either.
-        """
-        states = tuple(self._socket._client_state_from_id.values())
-        for buffer in (self._socket._broadcast_buffer, *(each.message_buffer for each in states)):
-            buffer.message_event.clear()
-            buffer.message_event.set()
+        """Send what waits to be sent, again and again."""
+        self._connections.wake()
         self._loop.call_later(WAKE_PERIOD, self._wake)
 
     async def _watch(self, connection: Any) -> None:
         """Watch a page that was let in."""
         page = connection.client_id
-        socket = self._socket._live_connections[page]
+        socket = self._connections.socket_of(page)
         watching = asyncio.create_task(
             watch(socket, lambda is_there: self.on_presence(page, is_there))
         )

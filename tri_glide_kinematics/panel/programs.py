@@ -13,7 +13,6 @@ from typing import BinaryIO
 
 import numpy as np
 import viser
-from viser import _messages as messages
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import OutsideFolderError, file_in
@@ -21,9 +20,9 @@ from tri_glide_kinematics.panel.machine import (
     Bounds,
     MachineFacts,
     OperatorRequests,
-    bar,
     clock_text,
     note,
+    progress,
     table,
 )
 from tri_glide_kinematics.panel.program_reading import (
@@ -37,6 +36,7 @@ from tri_glide_kinematics.panel.program_reading import (
     points_of_line,
     shown_text,
 )
+from tri_glide_kinematics.panel.viser_parts import messages
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramCheck,
@@ -225,6 +225,7 @@ class _Incoming:
         stream: that what has come is written to.
         received: what has come [bytes].
         count: of pieces that have come.
+        is_cancelled: whether the rest is not wanted.
     """
 
     page: int
@@ -234,6 +235,7 @@ class _Incoming:
     stream: BinaryIO
     received: int = 0
     count: int = 0
+    is_cancelled: bool = False
 
 
 class Uploads:
@@ -262,12 +264,20 @@ class Uploads:
 
     @property
     def text(self) -> str:
-        """What is on its way, in words; empty for nothing."""
+        """What is on its way, for the page; empty for nothing."""
         incoming = self._incoming
-        if incoming is None:
+        if incoming is None or incoming.is_cancelled:
             return ""
-        part = 100.0 * incoming.received / incoming.size
-        return f"{incoming.name}: {part:.0f} % of {incoming.size / 1e6:.1f} MB are here"
+        words = f"{incoming.name}, {incoming.size / 1e6:.1f} MB, is being sent (cancel ends it)"
+        return progress(incoming.received / incoming.size, words, is_work=True)
+
+    def cancel(self) -> str:
+        """Take no more of what is on its way, and return its name; empty for nothing."""
+        incoming = self._incoming
+        if incoming is None or incoming.is_cancelled:
+            return ""
+        incoming.is_cancelled = True
+        return incoming.name
 
     def take(self, page: int, message: messages.Message) -> None:
         """Take what a ``page`` says of a file."""
@@ -301,7 +311,9 @@ class Uploads:
         if incoming is None or (page, str(message.transfer_uuid)) != (incoming.page, incoming.key):
             return
         content = message.content
-        if self._requests.controls.holder != page:
+        if incoming.is_cancelled:
+            self._drop()
+        elif self._requests.controls.holder != page:
             self._give_up("its page has the controls no more")
         elif message.part_index != incoming.count or not isinstance(content, bytes):
             self._give_up("it did not come whole")
@@ -335,12 +347,28 @@ class Uploads:
             self.folder.drop()
 
 
+# Larger files are not sent to a page: what it is told meanwhile would wait behind them [bytes].
+LARGEST_SENT = 5_000_000
+
+
+def send_file(server: viser.ViserServer, requests: OperatorRequests, path: Path) -> None:
+    """Send a file to the page that has the controls."""
+    holder = requests.controls.holder
+    client = None if holder is None else server.get_clients().get(holder)
+    try:
+        if (size := path.stat().st_size) > LARGEST_SENT:
+            text = f"{size / 1e6:,.1f} MB, at most {LARGEST_SENT / 1e6:g} MB: copy {path}"
+            requests.refuse(f"not sent: {path.name} has {text}")
+        elif client is not None:
+            client.send_file_download(path.name, path.read_bytes(), PIECE, save_immediately=True)
+    except OSError as error:
+        requests.refuse(f"not sent: {path.name}: {error.strerror or error}")
+
+
 # The program that is chosen on the page, and what is known of it before and while it runs.
 
 FROM_SETTINGS = "as in the settings"
 LONGEST_LINE = 80  # characters of it that are shown
-# Larger files are not sent to a page: what it is told meanwhile would wait behind them [bytes].
-LARGEST_SENT = 5_000_000
 MOST_TOLD = 5  # words that a program has and the machine does not do
 
 
@@ -524,9 +552,9 @@ class ChosenProgram:
         """Return what is known of it, for the page."""
         parts = []
         if self._process is not None:
-            part, seconds = self._process.part, clock_text(monotonic() - self._process.begun_at)
-            parts.append(table([(f"{100.0 * part:.0f} %", bar(part))]))
-            parts.append(note(f"{self.in_work}, since {seconds} (cancel ends it)"))
+            seconds = clock_text(monotonic() - self._process.begun_at)
+            text = f"{self.in_work}, since {seconds} (cancel ends it)"
+            parts.append(progress(self._process.part, text, is_work=True))
         if is_running and self.is_changed:
             text = f"{self.changed}: what runs is what was read before"
             parts.append(note(text, is_bad=True))

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import yaml
 
-from tri_glide_kinematics.files import state_folder, write_file
+from tri_glide_kinematics.files import file_of_machine, write_file
 from tri_glide_kinematics.keys import FileError, Keys, load_yaml
 from tri_glide_kinematics.programs.program import Program
 from tri_glide_kinematics.programs.settings import NOWHERE, WORK_OFFSETS, ProgramSettings
@@ -113,12 +113,7 @@ def default_kept_file(namespace: str = "") -> Path:
     Raises:
         NoHomeError: if the user has no home.
     """
-    return _file_of_machine("program_progress", namespace)
-
-
-def _file_of_machine(name: str, namespace: str) -> Path:
-    whole = "_".join((name, *filter(None, namespace.split("/"))))
-    return state_folder() / f"{whole}.yaml"
+    return file_of_machine("program_progress", namespace).with_suffix(".yaml")
 
 
 def load_kept(file: Path) -> KeptLine:
@@ -167,7 +162,7 @@ def default_zeros_file(namespace: str = "") -> Path:
     Raises:
         NoHomeError: if the user has no home.
     """
-    return _file_of_machine("work_zero", namespace)
+    return file_of_machine("work_zero", namespace).with_suffix(".yaml")
 
 
 def load_zeros(file: Path) -> dict[str, Vector3]:

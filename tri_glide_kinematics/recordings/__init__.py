@@ -8,6 +8,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.recordings.efforts import masses_report as masses_report
     from tri_glide_kinematics.recordings.efforts import measured_masses as measured_masses
     from tri_glide_kinematics.recordings.efforts import save_masses as save_masses
+    from tri_glide_kinematics.recordings.faults import FaultRecorder as FaultRecorder
+    from tri_glide_kinematics.recordings.faults import fault_folder as fault_folder
+    from tri_glide_kinematics.recordings.faults import fault_recordings as fault_recordings
     from tri_glide_kinematics.recordings.judgement import Judgement as Judgement
     from tri_glide_kinematics.recordings.judgement import Kind as Kind
     from tri_glide_kinematics.recordings.judgement import Violation as Violation

@@ -34,6 +34,7 @@ COLUMNS = (
     *((f"acceleration_{slider}", "m/s^2") for slider in SLIDERS),
     *((axis, "m") for axis in "xyz"),
 )
+MEASURED = tuple((f"measured_{slider}", "m") for slider in SLIDERS)
 
 # Numbers that end in zeros may be written without them: heights have so many digits at least [m].
 COARSEST = 1e-6
@@ -77,6 +78,8 @@ class Recording:
         efforts: forces of the drives, NaN where a message has none; None if none were recorded.
             Shape (n, 3) [N].
         resolution: a half of the last digit of the heights; 0 for numbers in double precision [m].
+        measured: heights as the drives tell them, beside setpoints; None if none were recorded.
+            Shape (n, 3) [m].
     """
 
     stamps: FloatArray
@@ -84,6 +87,7 @@ class Recording:
     velocities: FloatArray | None
     resolution: float = 0.0
     efforts: FloatArray | None = None
+    measured: FloatArray | None = None
 
 
 def save_csv(file: Path, setpoints: SampledPlan, positions: FloatArray) -> None:
@@ -173,30 +177,31 @@ def _of_table(file: str | Path) -> Recording:
         head = ", ".join(f"{name} [{unit}]" for name, unit in COLUMNS[:7])
         raise RecordingError(file, "line 1", f"has no head; it must have the columns {head}")
     columns = {head.name: column for column, head in enumerate(table.heads)}
-    units = {**dict(COLUMNS), **{f"effort_{slider}": "N" for slider in SLIDERS}}
+    units = {**dict(COLUMNS + MEASURED), **{f"effort_{slider}": "N" for slider in SLIDERS}}
     for each in table.heads:
         if each.name in units and each.unit not in (None, units[each.name]):
             reason = f"{each.name} is in {each.unit}, must be in {units[each.name]}"
             raise TableError(file, table.head_line, columns[each.name] + 1, reason)
 
-    def found(quantity: str) -> list[int] | None:
+    def found(quantity: str) -> FloatArray | None:
         names = [f"{quantity}_{slider}" for slider in SLIDERS]
         missing = [name for name in names if name not in columns]
         if missing and len(missing) < len(names):
             raise TableError(file, table.head_line, 0, f"has no column {missing[0]}")
-        return None if missing else [columns[name] for name in names]
+        return None if missing else table.numbers[:, [columns[name] for name in names]]
 
-    heights, velocities, efforts = found("height"), found("velocity"), found("effort")
+    heights = found("height")
     if heights is None or "time" not in columns:
         missing = "time" if heights is not None else "height_1"
         raise TableError(file, table.head_line, 0, f"has no column {missing}")
     stamps = table.numbers[:, columns["time"]]
     return Recording(
         stamps - stamps[np.isfinite(stamps)][:1].sum(),
-        table.numbers[:, heights],
-        None if velocities is None else table.numbers[:, velocities],
-        0.5 * min(float(table.steps[heights].min()), COARSEST),
-        None if efforts is None else table.numbers[:, efforts],
+        heights,
+        found("velocity"),
+        0.5 * min(float(table.steps[columns["height_1"]].min()), COARSEST),
+        found("effort"),
+        found("measured"),
     )
 
 

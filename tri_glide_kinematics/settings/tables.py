@@ -413,6 +413,8 @@ IK_NODE = (
     live("program_timeout", 1.0,
         "the machine stops, and outputs become safe, if what drives a program tells nothing for "
         "longer than this", "s", 1.0, 60.0),
+    Parameter("fault_recordings", True,
+        "whether the 10 s before each fault are kept in a file; of a machine the last five are"),
     live("follow_poses", False,
         "whether poses come at a rate and are followed, like a target that moves; the last one is "
         "reached"),

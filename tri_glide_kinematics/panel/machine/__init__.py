@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.machine.words import note as note
     from tri_glide_kinematics.panel.machine.words import outside_text as outside_text
     from tri_glide_kinematics.panel.machine.words import position_text as position_text
+    from tri_glide_kinematics.panel.machine.words import progress as progress
     from tri_glide_kinematics.panel.machine.words import table as table
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

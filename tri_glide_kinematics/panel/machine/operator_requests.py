@@ -183,6 +183,7 @@ class Entry:
         text: in the words of the page.
         log: what ``ik_node`` wrote about it, in metres; empty for nothing.
         count: how often it was told, one time after the other.
+        press: the button that shows what it is about; empty for none.
     """
 
     time: float
@@ -190,6 +191,7 @@ class Entry:
     text: str
     log: str = ""
     count: int = 1
+    press: str = ""
 
     @property
     def clock(self) -> str:
@@ -215,12 +217,13 @@ class MessageHistory:
         with self._lock:
             return iter(tuple(self._entries))
 
-    def add(self, color: str, text: str, log: str = "") -> None:
+    def add(self, color: str, text: str, log: str = "", press: str = "") -> None:
         """Add a message; one that is told again is counted."""
-        entry = Entry(time.time(), color, text[:LONGEST], log[:LONGEST])
+        entry = Entry(time.time(), color, text[:LONGEST], log[:LONGEST], press=press)
         with self._lock:
             newest = self._entries[0] if self._entries else None
-            if newest is not None and (newest.color, newest.text) == (color, entry.text):
+            told = newest and (newest.color, newest.text, newest.press)
+            if newest is not None and told == (color, entry.text, press):
                 self._entries.popleft()
                 entry = replace(entry, count=newest.count + 1)
             self._entries.appendleft(entry)

@@ -295,6 +295,15 @@ def bar(part: float, *, is_much: bool = False) -> str:
     return f'<div class="bar"><i{kind} style="width:{width:.0f}%"></i></div>'
 
 
+def progress(part: float, words: str, *, is_work: bool = False) -> str:
+    """Return a bar of what is done, with ``words`` below it.
+
+    That of work of this computer moves all the time: it tells of the next part when it has time to.
+    """
+    shown = bar(part).replace('"bar"', '"bar works"') if is_work else bar(part)
+    return table([(f"{100.0 * part:.0f} %", shown)]) + note(words)
+
+
 def legend(colors: Iterable[Sequence[int]], least: str, largest: str) -> str:
     """Return a bar with ``colors`` from left to right, and what both of its ends mean."""
     stops = ", ".join(f"rgb({red} {green} {blue})" for red, green, blue in colors)

@@ -286,6 +286,7 @@ class Curves:
 
     Attributes:
         plots: of heights, velocities and accelerations.
+        recorded: drawn in place of the last 10 s; None for these.
     """
 
     def __init__(self, gui: GuiApi, limits: CurveLimits) -> None:
@@ -293,6 +294,7 @@ class Curves:
         self._gui = gui
         self._history = History()
         self._limits = limits
+        self.recorded: History | None = None
         self._drawn_at: float | None = None
         gui.add_html(_legend((*SLIDER_NAMES, "limit"), (*COLOURS, LIMIT_COLOUR)))
         self.plots = [self._add(plot) for plot in _PLOTS]
@@ -329,7 +331,7 @@ class Curves:
     def _columns(self, plot: _Plot) -> tuple[FloatArray, ...]:
         """Return ages, curves and limits as columns of equal length."""
         ages = self._history.ages
-        curves = self._history.values(plot.quantity) * plot.scale
+        curves = (self.recorded or self._history).values(plot.quantity) * plot.scale
         limits = (np.full(ages.size, limit) for limit in self._limits_of(plot))
         return ages, *curves, *limits
 
@@ -355,6 +357,32 @@ class Curves:
         scale = (limits[0] - margin, limits[-1] + margin)
         columns = self._columns(plot)
         return _add_plot(self._gui, plot.title, columns, (*curves, *lines), scale, SPAN, order)
+
+
+LEAST_LAG = 0.1  # mm
+
+
+class LagPlot:
+    """How far measured heights were from commanded ones, hidden where nothing recorded is drawn."""
+
+    def __init__(self, gui: GuiApi) -> None:
+        """Add the plot to the open container of ``gui``."""
+        curves = [
+            Series(label=name, stroke=colour, width=1.5)
+            for name, colour in zip(SLIDER_NAMES, COLOURS)
+        ]
+        columns, scale = (np.array((-SPAN, 0.0)), *np.zeros((SLIDERS, 2))), (-LEAST_LAG, LEAST_LAG)
+        self._plot = _add_plot(gui, "Measured less commanded [mm]", columns, curves, scale, SPAN)
+        self._plot.visible = False
+
+    def show(self, lag: History | None) -> None:
+        """Draw a ``lag`` [m], which stands where velocities do; None hides the plot."""
+        self._plot.visible = lag is not None
+        if lag is not None:
+            curves: list[FloatArray] = [1000.0 * each for each in lag.values(VELOCITIES)]
+            most = 1.1 * float(np.fmax(np.abs(curves), LEAST_LAG).max())
+            self._plot.scales = _scales((-most, most), SPAN)
+            self._plot.data = (np.asarray(lag.ages), *curves)
 
 
 AXIS_NAMES = ("x", "y", "z")

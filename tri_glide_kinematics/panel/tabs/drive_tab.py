@@ -23,6 +23,7 @@ from tri_glide_kinematics.panel.machine import (
     note,
 )
 from tri_glide_kinematics.panel.machine_scene import view_of
+from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.vectors import Vector3, plus, scaled, three
 
 HOLD, OWN = "hold", "own"
@@ -213,7 +214,7 @@ class DriveTab:
                 cells.append("<span></span>")
                 continue
             name, _, key = entry
-            uuid = next(buttons)._impl.uuid
+            uuid = uuid_of(next(buttons))
             by_key = f' data-key="{key}"' if self._keys.value else ""
             cells.append(f'<button type="button" data-{kind}="{uuid}"{by_key}>{name}</button>')
         size = "the own step" if mode == OWN else f"{mode} mm"

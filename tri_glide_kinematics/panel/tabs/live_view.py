@@ -29,6 +29,7 @@ from tri_glide_kinematics.panel.machine import (
 )
 from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
 from tri_glide_kinematics.panel.tabs.curves import CurveLimits, Curves
+from tri_glide_kinematics.panel.tabs.fault_curves import FaultCurves
 from tri_glide_kinematics.panel.tabs.machine_map import MachineMap
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.workspace import edge_rings
@@ -192,7 +193,8 @@ def numbers_table(
             rows.append(
                 (
                     f"{name} velocity",
-                    f"{1000.0 * velocities[index]:.1f} mm/s",
+                    # A zero has no sign.
+                    f"{round(1000.0 * velocities[index], 1) + 0.0:.1f} mm/s",
                     bar(part, is_much=part > MUCH),
                 )
             )
@@ -213,6 +215,7 @@ NUMBERS_PERIOD = 0.5  # s
 # The edge is looked for in six directions, which takes some milliseconds [s].
 EDGE_PERIOD = 1.0
 TRACE_PERIOD = 0.2  # s
+FAULTS_PERIOD = 1.0  # s between two looks for recordings of faults
 # Of a frame, what may be spent on the shape of the workspace [s].
 PIECE = 0.004
 
@@ -259,12 +262,14 @@ class LiveView:
         self._curves_at = 0.0
         self._trace: deque[Vector3] = deque(maxlen=TRACE_POINTS)
         self._is_traced = True
-        self._due = {"numbers": 0.0, "edge": 0.0, "trace": 0.0}
+        self._due = {"numbers": 0.0, "edge": 0.0, "trace": 0.0, "faults": 0.0}
         self._edge: Row = ("edge", "", "")
         with tabs.add_tab("Numbers"):
             self._numbers = server.gui.add_html(note("no machine yet"))
             self._map = MachineMap(server, requests, measurements)
         self._curves_tab = tabs.add_tab("Curves")
+        with self._curves_tab:
+            self._faults = FaultCurves(server, requests)
 
     def show_machine(self, facts: MachineFacts) -> None:
         """Put a machine into the scene, if another one or none is there."""
@@ -310,14 +315,14 @@ class LiveView:
         scene.show_target(feeds.target)
         is_idle = feeds.status.state is IDLE
         handle.follow(commanded.position if is_idle and commanded else feeds.target)
-        self._draw_curves(feeds.motion)
+        self._draw_curves(facts, feeds.motion)
         if measured is not None:
             self._draw_trace(scene, measured.position)
             self._draw_numbers(facts, measured, feeds)
         self._shape(scene)
         self._map.draw()
 
-    def _draw_curves(self, feed: MotionFeed) -> None:
+    def _draw_curves(self, facts: MachineFacts, feed: MotionFeed) -> None:
         if self._curves is None:
             return
         now = time.monotonic()
@@ -330,6 +335,9 @@ class LiveView:
         # In silence they go on, too.
         if now - self._curves_at > LARGEST_LAG:
             self._curves_at = now
+        if self._is_due("faults", FAULTS_PERIOD):
+            self._faults.look()
+        self._faults.draw(self._curves, facts)
         if self._shows("Curves"):
             self._curves.draw(self._curves_at)
 

@@ -18,6 +18,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel import machine as parts
 from tri_glide_kinematics.panel.program_reading import mark_of
 from tri_glide_kinematics.panel.tabs.program_tab import ProgramTab
+from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.programs import (
     WORK_OFFSETS,
     Output,
@@ -90,7 +91,7 @@ class ManualControls:
         with gui.add_folder("Line"):
             self._typed: Any = gui.add_text("line", "", visible=False)
             self._typed.on_update(self._take_line)
-            gui.add_html(FIELD.format(self._typed._impl.uuid))
+            gui.add_html(FIELD.format(uuid_of(self._typed)))
             self._history, self._told = gui.add_html(""), gui.add_html("")
         with gui.add_folder("Work zero", expand_by_default=False):
             self._name = parts.OperatorsInput(requests, gui.add_dropdown("Offset", WORK_OFFSETS))

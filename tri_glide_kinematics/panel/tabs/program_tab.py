@@ -25,11 +25,10 @@ from tri_glide_kinematics.panel.machine import (
     OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
-    bar,
     clock_text,
     code,
     note,
-    table,
+    progress,
 )
 from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
 from tri_glide_kinematics.panel.program_reading import (
@@ -42,12 +41,12 @@ from tri_glide_kinematics.panel.program_reading import (
 )
 from tri_glide_kinematics.panel.programs import (
     FROM_SETTINGS,
-    LARGEST_SENT,
     NO_FILE,
-    PIECE,
     ChosenProgram,
     Uploads,
+    send_file,
 )
+from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramRun,
@@ -143,7 +142,7 @@ class ProgramTab:
         """
         gui = server.gui
         self._requests = requests
-        self._clients = server.get_clients
+        self._server = server
         self._folder = uploads.folder
         self._uploads = uploads
         self._kept = kept
@@ -238,8 +237,7 @@ class ProgramTab:
         if self._is_due("list", LIST_PERIOD):
             self._show_list()
         if self._is_due("show", SHOW_PERIOD):
-            uploading = note(self._uploads.text) if self._uploads.text else ""
-            self._words.content = uploading + self._chosen.text(is_running=self.is_running)
+            self._words.content = self._uploads.text + self._chosen.text(is_running=self.is_running)
             self._show_progress()
             self._show_lines()
 
@@ -324,7 +322,7 @@ class ProgramTab:
         if not name:
             self._requests.refuse("choose a program first")
         elif what == "download":
-            self._send(name)
+            send_file(self._server, self._requests, self._folder.path(name))
         elif self.is_running:
             self._requests.refuse(f"nothing done: {name} runs")
         elif what == "rename":
@@ -339,20 +337,6 @@ class ProgramTab:
             self._folder.remove(name)
             self._take_file(NO_FILE)
             self._requests.history.add(WARNING, f"{name} was deleted")
-
-    def _send(self, name: str) -> None:
-        """Send a file to the page that has the controls."""
-        path = self._folder.path(name)
-        holder = self._requests.controls.holder
-        client = None if holder is None else self._clients().get(holder)
-        try:
-            if (size := path.stat().st_size) > LARGEST_SENT:
-                text = f"{size / 1e6:,.1f} MB, at most {LARGEST_SENT / 1e6:g} MB: copy {path}"
-                self._requests.refuse(f"not sent: {name} has {text}")
-            elif client is not None:
-                client.send_file_download(name, path.read_bytes(), PIECE, save_immediately=True)
-        except OSError as error:
-            self._requests.refuse(f"not sent: {name}: {error.strerror or error}")
 
     def _take_row(self, row: int, _: object) -> None:
         """Let *run* begin at a line of the listing."""
@@ -372,7 +356,7 @@ class ProgramTab:
             first = max(1, min(line - LISTED // 2, lines + 1 - LISTED))
             rows = (
                 f'<button class="tri-glide-row{" now" * (each == line)}" '
-                f'data-press="{button._impl.uuid}">{each}  {escape(chosen.text_of(each))}</button>'
+                f'data-press="{uuid_of(button)}">{each}  {escape(chosen.text_of(each))}</button>'
                 for each, button in zip(range(first, lines + 1), self._rows)
             )
             self._first, content = first, "".join(rows)
@@ -404,11 +388,14 @@ class ProgramTab:
         elif what == "run":
             self._begin_run()
         elif what == "cancel":
-            if self._chosen.is_in_work:
+            self._due["show"] = 0.0
+            if name := self._uploads.cancel():
+                self._requests.history.add(WARNING, f"cancelled: {name} is being sent")
+            elif self._chosen.is_in_work:
                 self._requests.history.add(WARNING, f"cancelled: {self._chosen.in_work}")
                 self._chosen.cancel()
             else:
-                self._requests.refuse("nothing cancelled: no program is being read or proved")
+                self._requests.refuse("nothing cancelled: no program is being sent, read or proved")
         elif what == "pause":
             self._requests.link.trigger("pause")
         elif what == "go on":
@@ -511,13 +498,7 @@ class ProgramTab:
             parts.append(f"{clock_text(left)} left{at_whole}")
         if run.state is RunState.WAITING:
             parts.append(f"waits: {run.doing}")
-        self._progress.content = "".join(
-            (
-                table([(f"{100.0 * part:.0f} %", bar(part))]),
-                note("; ".join(parts)),
-                code(chosen.text_of(line)),
-            )
-        )
+        self._progress.content = progress(part, "; ".join(parts)) + code(chosen.text_of(line))
         self._mark(0 if is_done else line)
 
     def _told_of_other(self) -> str:
@@ -532,7 +513,7 @@ class ProgramTab:
         if self.link.other_goes_on:
             words = f"{other.driver} runs {name}: line {line:,} of {other.lines:,}; {other.doing}"
             part = line / max(other.lines, line)
-            return table([(f"{100.0 * part:.0f} %", bar(part))]) + note(words)
+            return progress(part, words)
         if other.state != RunMessage.ENDED:
             other.state = RunMessage.ENDED
             if is_here and name == self._chosen.name:
