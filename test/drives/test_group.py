@@ -168,6 +168,22 @@ def test_disabling_in_motion_brakes_first_and_takes_the_torque_last():
     rig.off()
 
 
+def test_an_enabling_while_they_brake_is_carried_out_at_rest():
+    for disable in (True, False):
+        rig = in_motion()
+        if disable:
+            rig.group.disable(rig.now)
+        rig.until(GroupState.BRAKING, seconds=0.1)
+        rig.group.enable(rig.now)
+        rig.until(GroupState.ON, seconds=1.0)
+        assert all(abs(drive.axis.velocity) < 30_000.0 for drive in rig.drives)
+        rig.group.disable(rig.now)
+        rig.group.enable(rig.now)
+        rig.group.disable(rig.now)
+        rig.off().run(0.5)
+        assert set(states(rig)) == {State.SWITCH_ON_DISABLED}
+
+
 def test_setpoints_from_somewhere_else_are_not_followed():
     rig = in_motion()
     rig.until(GroupState.HOLDING)

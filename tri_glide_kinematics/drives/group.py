@@ -117,7 +117,7 @@ class DriveGroup:
         self._word: Callable[[Axis], int] = lambda axis: cia402.QUICK_STOP
         self._targets: list[int] | None = None
         self._rates = [0, 0, 0]
-        self._is_enabled = False
+        self._is_enabled = self._is_wanted = False
         self._begin(GroupState.SILENT, self._setting_up())
 
     @property
@@ -176,6 +176,8 @@ class DriveGroup:
             self._take_in(self._bus.received(), gap)
             self._go_on()
             self._follow()
+            if self._is_wanted and self.state is not GroupState.BRAKING:
+                self.enable(now)
             self._send()
         except BusError as error:
             self._stop(GroupState.BUS_LOST, str(error))
@@ -203,10 +205,13 @@ class DriveGroup:
     def enable(self, now: float) -> None:
         """Begin to give torque where the sliders are: from OFF and HOLDING. Nothing moves.
 
+        From BRAKING it begins at rest.
+
         Raises:
             DriveError: in another state, but for ON and ENABLING.
         """
-        if self.state in (GroupState.ON, GroupState.ENABLING):
+        self._is_wanted = self.state is GroupState.BRAKING
+        if self.state in (GroupState.ON, GroupState.ENABLING, GroupState.BRAKING):
             return
         self._check("enabled", GroupState.OFF, GroupState.HOLDING)
         if self._is_enabled:
@@ -345,12 +350,12 @@ class DriveGroup:
 
     def _begin(self, state: GroupState, task: Steps, cause: str = "") -> None:
         self.state, self._task, self._cause, self._culprit = state, task, cause, None
-        self._searches = []
+        self._searches, self._is_wanted = [], False
 
     def _stop(self, state: GroupState, cause: str, axis: Axis | None = None) -> None:
         """Have all drives stop quickly for a ``cause``, in a ``state``."""
         self.state, self._task, self._cause, self._culprit = state, None, cause, axis
-        self._searches = []
+        self._searches, self._is_wanted = [], False
         self._brake()
         if axis is not None:
             axis.ask_error_code()
