@@ -21,6 +21,7 @@ FIGURES = (
     "services",
     "start",
     "transport",
+    "can",
 )
 TABLES = (
     "tracking",

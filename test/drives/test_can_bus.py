@@ -147,6 +147,20 @@ def test_two_drives_with_one_number_and_two_computers_on_a_bus_are_noticed(plug)
         each.bus.close()
 
 
+def test_who_opens_an_adapter_hears_nothing_old(plug):
+    paths = plug(1, count=2).terminals.paths
+    one = Computer(paths[0])
+    for _ in range(20):
+        for _ in range(50):
+            one.bus.send_cycle([Command(node, 0, 0) for node in NODES])
+        one.value(1, 0x1000)
+    other = Computer(paths[1])
+    other.value(1, 0x1000)
+    assert not other.events
+    for each in (one, other):
+        each.bus.close()
+
+
 def test_an_unplugged_adapter_is_told_at_once_and_by_every_call(plug):
     plugged = plug(*NODES)
     computer = Computer(plugged.terminals.paths[0])
@@ -299,11 +313,18 @@ def test_between_processes_no_frame_is_lost_and_a_lost_bus_comes_back(tmp_path: 
 
 def test_faults_are_typed_as_they_are_called():
     drive = SimulatedDrive(2)
-    for line in ("vendor_bits 0xC000", "read_only 60C2:1", "answer_delay 0.3", "switch never"):
+    for line in (
+        "vendor_bits 0xC000",
+        "read_only 60C2:1",
+        "answer_delay 0.3",
+        "switch never",
+        "rounded 6085 9",
+    ):
         simulated_drives.make_wrong({2: drive}, f"2 {line}")
     assert drive.faults.vendor_bits == 0xC000
     assert drive.faults.read_only == {(0x60C2, 1)}
     assert drive.faults.answer_delay == 0.3
+    assert drive.faults.rounded == {(0x6085, 0): 9}
     assert drive.axis.slider.switch.value == "never"
     for line in ("", "2", "1 reset", "2 fault", "2 fault much", "2 switch", "two reset"):
         with pytest.raises(ValueError, match="must be the node of a drive"):

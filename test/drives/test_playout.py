@@ -20,7 +20,9 @@ PLACES = ((0.1, 0.0, 0.25), (-0.1, 0.05, 0.35), (0.05, -0.1, 0.15), (0.0, 0.0, 0
 # A wall clock, as a float of seconds: too coarse for a microsecond.
 EPOCH = 1.7954e9
 with np.load(Path(__file__).with_name("arrivals.npz")) as recorded:
-    # Of the real ik_node (testing/arrivals.py): arrival less nominal time [s].
+    # Of the real ik_node (testing/arrivals.py): arrival less nominal time [s]. The quiet ones came
+    # with realtime_priority, as the computer was not; the loaded ones beside two processes of the
+    # same priority that only calculate, in stretches without a stall of more than 45 ms.
     QUIET, LOADED = 1e-6 * recorded["quiet"], 1e-6 * recorded["loaded"]
     # What came at once is rounded to the microsecond.
     NOMINAL = PERIOD * np.arange(LOADED.shape[1])
@@ -38,6 +40,20 @@ def stream(count=6000, seed=0):
             moving.move_to(chance.choice(PLACES))
         states.append(moving.step(PERIOD))
     return [(state.heights, state.velocities) for state in states]
+
+
+def circle(count, acceleration=3.9, frequency=0.9):
+    """Return heights and velocities of a gentle motion that never ends."""
+    omega = 2.0 * np.pi * frequency
+    times = PERIOD * np.arange(count - REST)
+    rising = np.minimum(times, 1.0)
+    angle = omega * (0.5 * rising**2 + times - rising)
+    amplitude = acceleration / omega**2
+    shares = np.array([1.0, 0.5, -0.2])
+    heights = HOME[0] + np.outer(amplitude * (1.0 - np.cos(angle)), shares)
+    velocities = np.outer(amplitude * omega * rising * np.sin(angle), shares)
+    moving = list(zip(map(tuple, heights.tolist()), map(tuple, velocities.tolist())))
+    return [(HOME, (0.0, 0.0, 0.0))] * REST + moving
 
 
 @dataclass
@@ -115,10 +131,11 @@ def off_the_way(played, setpoints):
     return np.array(found)
 
 
+@pytest.mark.parametrize("delay", [0.006, 0.010])
 @pytest.mark.parametrize("period", [0.002, 0.001, 0.005])
-def test_quiet_arrivals_are_hardly_felt_10_ms_behind_the_stream(period):
+def test_quiet_arrivals_are_hardly_felt_10_ms_behind_the_stream(delay, period):
     setpoints = stream(len(QUIET))
-    played = play(setpoints, QUIET, 0.010, period, after=0.0)
+    played = play(setpoints, QUIET, delay, period, after=0.0)
     assert not played.refused and not played.playout.has_run_dry
     assert played.accelerations <= 1.3 * commanded(setpoints)
     assert np.ptp(played.delays) < 0.003
@@ -138,6 +155,8 @@ def test_a_loaded_computer_is_made_good_60_ms_behind_the_stream(number):
     assert np.diff(LOADED[number]).max() > 0.008
     assert played.accelerations <= 1.6 * commanded(setpoints)
     played.check_steps()
+    gentle = circle(len(setpoints))
+    assert play(gentle, LOADED[number], 0.060, after=0.0).accelerations <= 1.6 * 3.9
 
 
 def random_delays(chance, count):

@@ -108,10 +108,18 @@ class CanMachine(Machine):
     def reset(self):
         return self.client.call(Trigger, "cia402_node/reset", Trigger.Request())
 
-    def enable(self, data=True, node="ik_node"):
-        answer = self.client.enable(data, node)
-        assert answer.success, answer.message
-        return answer
+    def enable(self):
+        """Enable, once what goes on has come to its end."""
+        self.client.wait_for(lambda: self.client.enable().success, "a machine that may move")
+        self.wait_for_state("idle")
+
+    def disable(self):
+        """Disable, and wait until there is no torque."""
+        before = time.monotonic()
+        self.cia.forget_output()
+        assert self.client.enable(False).success
+        self.wait_until_told("]: off")
+        assert self.drives.all_told(OFF, before)
 
     def ready(self):
         """Be homed, enabled and idle near the top, whatever was before."""
@@ -124,8 +132,7 @@ class CanMachine(Machine):
         if len(self.measured) == count:
             self.home()
         if self.state != "idle":
-            self.client.wait_for(lambda: self.client.enable().success, "a machine that may move")
-            self.wait_for_state("idle")
+            self.enable()
         self.cia.forget_output()
         self.move(NEAR)
         return time.monotonic()
@@ -133,8 +140,10 @@ class CanMachine(Machine):
     def wait_for_rest(self):
         """Wait until the drives are measured at one place for some time."""
         self.client.wait_for(
-            lambda: len(self.measured) > 20
-            and len({tuple(each.position) for each in self.measured[-20:]}) == 1,
+            lambda: (
+                len(self.measured) > 20
+                and len({tuple(each.position) for each in self.measured[-20:]}) == 1
+            ),
             "rest",
         )
 
@@ -161,7 +170,6 @@ def test_from_homing_to_a_stop(machine):
     machine.wait_for_rest()
     assert machine.heights(machine.measured[-1]) == pytest.approx(top, abs=1e-4)
     machine.enable()
-    machine.wait_for_state("idle")
     machine.wait_until_targets_get_there()
     for target in ((0.0, 0.0, 0.5), (0.05, -0.03, 0.4)):
         machine.move(target)
@@ -177,22 +185,24 @@ def test_from_homing_to_a_stop(machine):
     assert client.stop().success
     machine.wait_for_state("idle")
     machine.wait_for_rest()
+    machine.disable()
     before = time.monotonic()
-    machine.enable(False)
-    assert drives.all_told(OFF, before)
     machine.enable()
     assert drives.all_told(ENABLED, before)
-    machine.wait_for_state("idle")
 
 
 def test_homing_that_is_cancelled_leaves_no_heights(machine):
     machine.ready()
     machine.move(FAR)
+    # It would be in fault, and take the torque away.
+    refused = machine.goal().result()
+    assert refused.code == Home.Result.REFUSED
+    assert "setpoints come" in refused.text
+    machine.disable()
     goal = machine.goal().wait_until_accepted()
     machine.client.wait_for(
         lambda: list(JOINTS) in [list(each.waiting) for each in goal.feedback], "the homing"
     )
-    machine.wait_for_state("fault")
     goal.cancel()
     assert goal.result().code == Home.Result.CANCELED
     assert not goal.response.result.heights
@@ -214,7 +224,6 @@ def test_setpoints_that_cease_and_come_late(machine):
     assert machine.heights(machine.measured[-1]) == held
     assert not [text for _, _, text in machine.drives.told(start) if text == STOPPED]
     machine.enable()
-    machine.wait_for_state("idle")
     machine.move(NEAR)
 
 

@@ -1,11 +1,7 @@
 """One enable for the operator: that of ik_node gives the drives torque first, and takes it last."""
 
-import signal
-
 import pytest
 from std_srvs.srv import SetBool
-
-from testing.machine import PATIENCE
 
 SERVICE = "my_drives/enable"
 
@@ -27,15 +23,19 @@ class Drives:
         return response
 
     def enable(self, on):
-        request, answers = SetBool.Request(data=on), []
+        return enabled(self.client, on)
 
-        def is_answered():
-            answers.append(self.client.call(SetBool, "ik_node/enable", request))
-            # For a second, ik_node looks who else is there, and asks nobody.
-            return "looks for other" not in answers[-1].message
 
-        self.client.wait_for(is_answered, "an answer")
-        return answers[-1]
+def enabled(client, on):
+    request, answers = SetBool.Request(data=on), []
+
+    def is_answered():
+        answers.append(client.call(SetBool, "ik_node/enable", request))
+        # For a second, ik_node looks who else is there, and asks nobody.
+        return "looks for other" not in answers[-1].message
+
+    client.wait_for(is_answered, "an answer")
+    return answers[-1]
 
 
 @pytest.fixture
@@ -80,17 +80,25 @@ def test_without_torque_the_machine_is_not_led_and_the_reason_is_told(drives):
     # Whatever went wrong in it, what was asked for is taken back.
     client.wait_for(lambda: drives.asked == [True, False], "the drives to let go")
     assert not machine.commands and machine.state == "disabled"
-    # No heights: torque is taken away again.
-    drives.refuses = ""
-    machine.simulator.signal(signal.SIGINT)
-    answer = drives.enable(True)
-    assert not answer.success and "no measured slider heights" in answer.message
-    client.wait_for(lambda: drives.asked == [True, False] * 2, "the drives to let go")
 
 
-def test_where_the_drives_are_not_there_it_is_told_at_once(machine):
-    machine.start_simulator()
-    machine.start_ik({"drives_enable": SERVICE, **PATIENCE})
+def test_without_drives_or_heights_it_is_told_and_with_both_it_goes_on(machine, client):
+    machine.start_ik({"drives_enable": SERVICE})
     machine.wait_for_state("disabled")
-    answer = machine.client.call(SetBool, "ik_node/enable", SetBool.Request(data=True))
+    answer = enabled(client, True)
     assert not answer.success and f"no service {SERVICE}" in answer.message
+    drives = Drives(machine)
+
+    def is_asked():
+        answers.append(drives.enable(True))
+        return drives.asked
+
+    answers = []
+    client.wait_for(is_asked, "ik_node to know of the drives")
+    assert not answers[-1].success and "no measured slider heights" in answers[-1].message
+    # Torque is taken away again.
+    client.wait_for(lambda: drives.asked == [True, False], "the drives to let go")
+    machine.start_simulator()
+    client.wait_for(lambda: machine.measured, "heights")
+    assert drives.enable(True).success
+    machine.wait_for_state("idle")

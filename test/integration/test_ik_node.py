@@ -101,6 +101,21 @@ def test_stale_twist_ends_in_a_jerk_limited_stop(running_machine):
     assert_velocities_fit(machine)
 
 
+def test_stamps_of_setpoints_are_nominal_times_near_the_clock(running_machine):
+    machine, client = running_machine, running_machine.client
+    machine.catch_up()
+    heard = client.record(JointState, f"{machine.namespace}/joint_commands")
+    client.wait_for(lambda: heard, "setpoints")
+    machine.move((0.05, 0.0, 0.3))
+    moving = [message for message in heard if any(message.velocity)]
+    stamps = np.array([client.time_of(message) for message in moving])
+    period = round(1e9 * PERIOD)
+    # However late they were sent; a little more where late cycles are caught up.
+    assert set(np.diff(stamps)) <= {period, period + period // 16}
+    assert abs(client.now() - client.time_of(heard[-1])) < 1e9
+    machine.move(KINEMATICS.forward((0.6, 0.6, 0.6)))
+
+
 def test_stamps_of_another_clock_change_nothing(running_machine):
     machine, client = running_machine, running_machine.client
     publisher = client.publisher(TwistStamped, "target_twist")

@@ -24,7 +24,8 @@ ZONE = 0.02
 
 FAULTS = (
     "abort_at, answer_delay, lost_statuses, vendor_bits NUMBER; absent, read_only INDEX:SUBINDEX; "
-    "fault CODE; switch works, sticks or never; no_brake; mute; drop_out; reset"
+    "rounded INDEX:SUBINDEX NUMBER; fault CODE; switch works, sticks or never; no_brake; mute; "
+    "drop_out; reset"
 )
 
 
@@ -71,8 +72,9 @@ def make_wrong(drives: Mapping[int, SimulatedDrive], line: str) -> None:
             case ["answer_delay", number]:
                 faults.answer_delay = float(number)
             case ["absent" | "read_only" as name, entry]:
-                index, _, subindex = entry.partition(":")
-                getattr(faults, name).add((int(index, 16), int(subindex or "0", 16)))
+                getattr(faults, name).add(_address(entry))
+            case ["rounded", entry, number]:
+                faults.rounded[_address(entry)] = max(int(number, 0), 1)
             case ["fault", code]:
                 axis.fail(int(code, 0))
             case ["switch", how]:
@@ -86,6 +88,11 @@ def make_wrong(drives: Mapping[int, SimulatedDrive], line: str) -> None:
     except (ValueError, KeyError):
         text = f"{line!r} must be the node of a drive and one of: {FAULTS}"
         raise ValueError(text) from None
+
+
+def _address(entry: str) -> tuple[int, int]:
+    index, _, subindex = entry.partition(":")
+    return int(index, 16), int(subindex or "0", 16)
 
 
 def _serve(drives: Mapping[int, SimulatedDrive], links: Sequence[Path]) -> None:

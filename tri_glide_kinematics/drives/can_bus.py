@@ -69,6 +69,9 @@ class _Adapter:
                 found.append((message.arbitration_id, bytes(message.data)))
         return found
 
+    def forget(self) -> None:
+        """Forget what has not left this computer, where that can be done."""
+
     def close(self) -> None:
         self._bus.shutdown()
 
@@ -106,10 +109,11 @@ class _SerialAdapter(_Adapter):
             raise OSError("the adapter refuses frames")
         return frames
 
-    def close(self) -> None:
-        # Before what closes the line waits for it: nothing is sent late.
+    def forget(self) -> None:
         with suppress(termios.error):
             termios.tcflush(self._file, termios.TCOFLUSH)
+
+    def close(self) -> None:
         with suppress(OSError):
             os.write(self._file, b"C\r")
         self._bus.serialPortOrig.close()
@@ -259,6 +263,7 @@ class CanBus:
         try:
             return action(adapter)
         except self._errors as error:
+            adapter.forget()
             self._drop(f"{self._channel}: {error}")
             raise BusError(self._lost) from error
 

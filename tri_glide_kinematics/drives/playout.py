@@ -26,8 +26,8 @@ RETURN_TIME, RATE_TIME = 0.06, 0.03
 FASTEST = 1.02
 # Changes of the rate take no more than this part of the accelerations for braking.
 SHARE = 0.5
-# Below this part of the delay, the rate gives way at the latest.
-LOW = 0.8
+# The rate gives way once the store is lower than the delay by more than a half, or by this [s].
+MARGIN = 0.015
 # Steps of the stamps that differ by no more than this part are those of one period, which is the
 # mean of this many of them.
 ALIKE, LEARNED = 0.02, 1000
@@ -102,6 +102,7 @@ class Playout:
             KinematicsError: if a number is not positive.
         """
         self._delay = positive("delay", delay, "s")
+        self._low = max(0.5 * delay, delay - MARGIN)
         self._period = positive("period", period, "s")
         self._brake = checked_vector("brake", brake, positive, "m/s^2")
         self.restart()
@@ -210,7 +211,7 @@ class Playout:
         to_brake = max(self._to_brake(newest.velocities), self._to_brake(at_head) / rate)
         if to_brake > 0.0:
             if not newest.rests:
-                low = min(to_brake / (2.0 * SHARE), LOW * self._delay)
+                low = min(to_brake / (2.0 * SHARE), self._low)
                 wanted = min(wanted, math.sqrt(max(newest.time - self._head, 0.0) / low))
             change = SHARE * period / to_brake
             wanted = min(max(wanted, rate - change), rate + change)

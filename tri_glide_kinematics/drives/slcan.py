@@ -32,11 +32,13 @@ class LineReader:
 
     Attributes:
         refusals: how often the other end has refused something.
+        is_open: whether the other end wants frames.
     """
 
     def __init__(self) -> None:
         """Have nothing yet."""
         self.refusals = 0
+        self.is_open = False
         self._rest = b""
 
     def frames(self, data: bytes) -> list[Frame]:
@@ -47,6 +49,8 @@ class LineReader:
         self.refusals += data.count(REFUSED)
         found = []
         for line in lines:
+            if line in (b"O", b"C"):
+                self.is_open = line == b"O"
             # What has been sent may be answered by a letter.
             line = line.lstrip(b"zZ")
             with suppress(ValueError):
@@ -125,7 +129,10 @@ class Terminals:
 
     def _send(self, frames: Sequence[Frame], but: int | None = None) -> None:
         for ours, unread in self._unread.items():
-            if ours != but and len(unread) < MOST_UNREAD:
+            if not self._readers[ours].is_open:
+                # Who opens it finds nothing that is old.
+                unread = b""
+            elif ours != but and len(unread) < MOST_UNREAD:
                 unread += encoded(frames)
             with suppress(BlockingIOError):
                 unread = unread[os.write(ours, unread) :] if unread else unread

@@ -15,7 +15,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from tri_glide_interfaces.action import Home
 from tri_glide_kinematics.control import Health, Level
-from tri_glide_kinematics.drives import CanBus, DriveGroup, GroupState, Setpoint
+from tri_glide_kinematics.drives import CanBus, DriveError, DriveGroup, GroupState, Setpoint
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.cdr import FIRST, SECOND, StampedTriples
@@ -37,6 +37,8 @@ EACH_SETPOINT = QoSProfile(depth=1000)
 SERVING_PERIOD = 0.02
 TELLING_PERIOD = 1.0
 LONGEST_ANSWER = 5.0
+# So long after a setpoint somebody leads the drives [s].
+LED_FOR = 0.2
 
 LEVELS = {
     GroupState.SILENT: Level.STALE,
@@ -97,7 +99,7 @@ class Cia402Node(Node):
         )
         self._group = DriveGroup(self._bus, drive_group_settings_of(values))
         self._told: tuple[GroupState | None, str] = None, ""
-        self._told_at = self._served_at = -math.inf
+        self._told_at = self._served_at = self._heard_at = -math.inf
         self._asked: list[_Asked] = []
         self._homing = _Homing(Home.Result.CANCELED)
         self._ends = False
@@ -225,8 +227,12 @@ class Cia402Node(Node):
         return True
 
     def _begin_homing(self, _: Home.Goal) -> _Homing:
+        now = time.monotonic()
         try:
-            self._group.home(time.monotonic())
+            if self._group.state is GroupState.ON and now < self._heard_at + LED_FOR:
+                # Who sends them would be in fault, and take the torque away.
+                raise DriveError("no homing while setpoints come: disable what sends them")
+            self._group.home(now)
         except KinematicsError as error:
             return _Homing(Home.Result.REFUSED, str(error))
         self._homing = _Homing()
@@ -263,7 +269,8 @@ class Cia402Node(Node):
             # Since a second of today: so a float tells a nanosecond.
             stamp = reading.seconds - self._since + 1e-9 * reading.nanoseconds
             setpoint = Setpoint(stamp, reading.heights, reading.velocities)
-            self._group.put(setpoint, time.monotonic())
+            self._heard_at = time.monotonic()
+            self._group.put(setpoint, self._heard_at)
         except KinematicsError as error:
             self._refused.add(f"refused a setpoint: {error}")
 
