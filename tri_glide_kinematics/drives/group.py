@@ -372,10 +372,6 @@ class DriveGroup:
         """Have a control word sent to all drives, in each cycle."""
         self._word = lambda axis: word
 
-    def _hold(self) -> None:
-        """Have the targets stay where the drives are; noise of their encoders is averaged."""
-        self._targets = [round(fmean(axis.positions)) for axis in self._axes]
-
     def _turn_on(self) -> None:
         self._playout.restart()
         self.state, self._cause = GroupState.ON, ""
@@ -436,12 +432,19 @@ class DriveGroup:
         if any(axis.state is not DriveState.QUICK_STOP for axis in self._axes):
             self._word = lambda axis: cia402.word_towards_switched_on(axis.state)
             yield from self._until_state(DriveState.SWITCHED_ON)
-        self._hold()
+        yield from self._hold()
         # The targets are there for a cycle before anything acts on them.
         yield
         self._tell(cia402.ENABLE_OPERATION)
         yield from self._until_state(DriveState.OPERATION_ENABLED)
         self._is_enabled = True
+
+    def _hold(self) -> Steps:
+        """Have the targets stay where the drives rest; noise of their encoders is averaged."""
+        for axis in self._axes:
+            axis.positions.clear()
+        yield from self._until(lambda axis: len(axis.positions) == AVERAGED, ANSWERING, "heard")
+        self._targets = [round(fmean(axis.positions)) for axis in self._axes]
 
     def _looking_for_switches(self) -> Steps:
         # Limits of the travel that the drive has had up to now.
@@ -453,10 +456,7 @@ class DriveGroup:
             yield
             self._searches = [each for each in self._searches if not each.has_ended(self._now)]
         self._tell(cia402.ENABLE_OPERATION)
-        for axis in self._axes:
-            axis.positions.clear()
-        yield from self._until(lambda axis: len(axis.positions) == AVERAGED, ANSWERING, "heard")
-        self._hold()
+        yield from self._hold()
         yield from self._together(lambda axis: apply(axis, travel(axis.settings, True)))
         yield from self._change_mode(Mode.POSITION)
         yield from self._coming_into_the_travel()
