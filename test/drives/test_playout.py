@@ -31,12 +31,13 @@ with np.load(Path(__file__).with_name("arrivals.npz")) as recorded:
 
 @functools.cache
 def stream(count=6000, seed=0):
-    """Return heights and velocities of moves, from rest, some of which are redirected."""
+    """Return heights and velocities of moves, from rest to rest; some of them are redirected."""
     chance, moving = random.Random(seed), engine()
     moving.start(HOME)
     states = [moving.state] * REST
-    while len(states) < count:
-        if moving.phase is MotionPhase.IDLE or chance.random() < 0.002:
+    while len(states) < count or moving.phase is not MotionPhase.IDLE:
+        is_early = len(states) < count
+        if is_early and (moving.phase is MotionPhase.IDLE or chance.random() < 0.002):
             moving.move_to(chance.choice(PLACES))
         states.append(moving.step(PERIOD))
     return [(state.heights, state.velocities) for state in states]
@@ -134,7 +135,7 @@ def off_the_way(played, setpoints):
 @pytest.mark.parametrize("delay", [0.006, 0.010])
 @pytest.mark.parametrize("period", [0.002, 0.001, 0.005])
 def test_quiet_arrivals_are_hardly_felt_10_ms_behind_the_stream(delay, period):
-    setpoints = stream(len(QUIET))
+    setpoints = stream(len(QUIET))[: len(QUIET)]
     played = play(setpoints, QUIET, delay, period, after=0.0)
     assert not played.refused and not played.playout.has_run_dry
     assert played.accelerations <= 1.3 * commanded(setpoints)
@@ -185,13 +186,12 @@ def test_whatever_comes_targets_keep_the_limits_and_the_way(seed):
     played.check_steps()
     off = off_the_way(played, setpoints).max()
     if played.playout.has_run_dry:
-        # Late ones change nothing any more.
-        assert played.playout.rests and played.refused
+        assert played.playout.rests
         assert off <= max(farthest_off(LIMITS.velocity, LIMITS.acceleration, BRAKE))
     else:
         # A cubic over lost setpoints, and the coarse drawing of the way.
         assert off < 0.0005
-        np.testing.assert_allclose(played.heights[-1], setpoints[-1][0], atol=0.01)
+        np.testing.assert_allclose(played.heights[-1], setpoints[-1][0], atol=1e-12)
 
 
 @pytest.mark.parametrize("period", [0.001, 0.002, 0.0047])
