@@ -131,6 +131,11 @@ class DriveGroup:
         return tuple(axis.text for axis in self._axes)
 
     @property
+    def counts(self) -> tuple[int | None, ...]:
+        """What each drive counts; None where it has told nothing yet."""
+        return tuple(axis.positions[-1] if axis.positions else None for axis in self._axes)
+
+    @property
     def is_homed(self) -> bool:
         """Whether all drives know their heights."""
         return all(axis.is_homed for axis in self._axes)
