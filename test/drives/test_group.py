@@ -168,6 +168,26 @@ def test_disabling_in_motion_brakes_first_and_takes_the_torque_last():
     rig.off()
 
 
+@pytest.mark.parametrize("disable", [True, False])
+def test_an_enabling_while_they_brake_is_carried_out_at_rest(disable):
+    """It does not lead back to where the sliders were while they moved."""
+    rig = in_motion()
+    if disable:
+        rig.group.disable(rig.now)
+    rig.until(GroupState.BRAKING, seconds=0.1)
+    rig.group.enable(rig.now)
+    rig.until_true(lambda: rig.drives[0].axis.velocity == 0.0, seconds=0.1)
+    place = rig.true_heights
+    rig.until(GroupState.ON, seconds=1.0)
+    rig.run(0.5)
+    assert rig.true_heights == pytest.approx(place, abs=1e-6)
+    rig.group.disable(rig.now)
+    rig.group.enable(rig.now)
+    rig.group.disable(rig.now)
+    rig.off().run(0.5)
+    assert set(states(rig)) == {State.SWITCH_ON_DISABLED}
+
+
 def test_setpoints_from_somewhere_else_are_not_followed():
     rig = in_motion()
     rig.until(GroupState.HOLDING)

@@ -5,6 +5,7 @@ They are not enforced here: Fast DDS as it comes in wheels has no DDS-Security.
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 from collections import defaultdict
@@ -30,6 +31,8 @@ def everything(client, nodes, tmp_path, namespace):
     for name in ("fk_node", "mechanism_node"):
         nodes.start(name)
     nodes.start("calibration_node", {"folder": str(tmp_path)})
+    adapter, channel = os.openpty()
+    nodes.start("cia402_node", {"channel": os.ttyname(channel)})
     program = tmp_path / "program.gcode"
     program.write_text("G4 P60\nM2\n")
     # A search for modes lets calibration_node listen to the machine; the program waits.
@@ -45,6 +48,8 @@ def everything(client, nodes, tmp_path, namespace):
     for process in processes:
         process.kill()
         process.wait()
+    for file in (adapter, channel):
+        os.close(file)
 
 
 def test_each_node_uses_what_it_is_allowed_to_and_no_more(everything, client, namespace):

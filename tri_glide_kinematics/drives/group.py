@@ -117,7 +117,7 @@ class DriveGroup:
         self._word: Callable[[Axis], int] = lambda axis: cia402.QUICK_STOP
         self._targets: list[int] | None = None
         self._rates = [0, 0, 0]
-        self._is_enabled = False
+        self._is_enabled = self._is_wanted = False
         self._begin(GroupState.SILENT, self._setting_up())
 
     @property
@@ -129,6 +129,11 @@ class DriveGroup:
     def axes(self) -> tuple[str, ...]:
         """What each axis is, for people."""
         return tuple(axis.text for axis in self._axes)
+
+    @property
+    def counts(self) -> tuple[int | None, ...]:
+        """What each drive counts; None where it has told nothing yet."""
+        return tuple(axis.positions[-1] if axis.positions else None for axis in self._axes)
 
     @property
     def is_homed(self) -> bool:
@@ -176,6 +181,8 @@ class DriveGroup:
             self._take_in(self._bus.received(), gap)
             self._go_on()
             self._follow()
+            if self._is_wanted and self.state is not GroupState.BRAKING:
+                self.enable(now)
             self._send()
         except BusError as error:
             self._stop(GroupState.BUS_LOST, str(error))
@@ -203,10 +210,13 @@ class DriveGroup:
     def enable(self, now: float) -> None:
         """Begin to give torque where the sliders are: from OFF and HOLDING. Nothing moves.
 
+        From BRAKING it begins at rest.
+
         Raises:
             DriveError: in another state, but for ON and ENABLING.
         """
-        if self.state in (GroupState.ON, GroupState.ENABLING):
+        self._is_wanted = self.state is GroupState.BRAKING
+        if self.state in (GroupState.ON, GroupState.ENABLING, GroupState.BRAKING):
             return
         self._check("enabled", GroupState.OFF, GroupState.HOLDING)
         if self._is_enabled:
@@ -345,12 +355,12 @@ class DriveGroup:
 
     def _begin(self, state: GroupState, task: Steps, cause: str = "") -> None:
         self.state, self._task, self._cause, self._culprit = state, task, cause, None
-        self._searches = []
+        self._searches, self._is_wanted = [], False
 
     def _stop(self, state: GroupState, cause: str, axis: Axis | None = None) -> None:
         """Have all drives stop quickly for a ``cause``, in a ``state``."""
         self.state, self._task, self._cause, self._culprit = state, None, cause, axis
-        self._searches = []
+        self._searches, self._is_wanted = [], False
         self._brake()
         if axis is not None:
             axis.ask_error_code()
@@ -366,10 +376,6 @@ class DriveGroup:
     def _tell(self, word: int) -> None:
         """Have a control word sent to all drives, in each cycle."""
         self._word = lambda axis: word
-
-    def _hold(self) -> None:
-        """Have the targets stay where the drives are; noise of their encoders is averaged."""
-        self._targets = [round(fmean(axis.positions)) for axis in self._axes]
 
     def _turn_on(self) -> None:
         self._playout.restart()
@@ -431,12 +437,19 @@ class DriveGroup:
         if any(axis.state is not DriveState.QUICK_STOP for axis in self._axes):
             self._word = lambda axis: cia402.word_towards_switched_on(axis.state)
             yield from self._until_state(DriveState.SWITCHED_ON)
-        self._hold()
+        yield from self._hold()
         # The targets are there for a cycle before anything acts on them.
         yield
         self._tell(cia402.ENABLE_OPERATION)
         yield from self._until_state(DriveState.OPERATION_ENABLED)
         self._is_enabled = True
+
+    def _hold(self) -> Steps:
+        """Have the targets stay where the drives rest; noise of their encoders is averaged."""
+        for axis in self._axes:
+            axis.positions.clear()
+        yield from self._until(lambda axis: len(axis.positions) == AVERAGED, ANSWERING, "heard")
+        self._targets = [round(fmean(axis.positions)) for axis in self._axes]
 
     def _looking_for_switches(self) -> Steps:
         # Limits of the travel that the drive has had up to now.
@@ -448,10 +461,7 @@ class DriveGroup:
             yield
             self._searches = [each for each in self._searches if not each.has_ended(self._now)]
         self._tell(cia402.ENABLE_OPERATION)
-        for axis in self._axes:
-            axis.positions.clear()
-        yield from self._until(lambda axis: len(axis.positions) == AVERAGED, ANSWERING, "heard")
-        self._hold()
+        yield from self._hold()
         yield from self._together(lambda axis: apply(axis, travel(axis.settings, True)))
         yield from self._change_mode(Mode.POSITION)
         yield from self._coming_into_the_travel()

@@ -282,6 +282,7 @@ class Cia402Node(Node):
             "delay of playing out [ms]": 1000.0 * group.delay,
             "bus load [%]": 100.0 * group.load,
             **dict(zip(self._names, group.axes)),
+            "counts": group.counts,
             "remarks": "; ".join(group.remarks),
             "refused setpoints per second": refused,
             "last refusal": self._refused.last,
