@@ -409,8 +409,10 @@ class ChosenProgram:
         """Where the file is.
 
         Raises:
-            KinematicsError: if its name is none of a program.
+            KinematicsError: if its name is none of a program, or none is chosen.
         """
+        if not self.name:
+            raise ProgramFileError("choose a program first")
         return self._folder.path(self.name)
 
     def take_facts(self, facts: MachineFacts) -> None:

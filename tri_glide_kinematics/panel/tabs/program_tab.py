@@ -382,6 +382,15 @@ class ProgramTab:
     # Runs
 
     @property
+    def chosen_path(self) -> Path:
+        """Where the file is that is chosen.
+
+        Raises:
+            KinematicsError: if there is none.
+        """
+        return self._chosen.path
+
+    @property
     def is_running(self) -> bool:
         """Whether a program runs."""
         return self._run is not None and self._run.state is not RunState.ENDED
