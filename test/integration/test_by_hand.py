@@ -139,6 +139,7 @@ def test_own_buttons_run_as_a_typed_line_does_and_are_there_after_a_restart(
     operator.set("Button", "far")
     operator.type_line("G0 X900")
     operator.click("newest line")
+    panel.client.wait_for(lambda: "far" in operator.buttons, "a second button")
     operator.set("Button", "ring")
     operator.click("chosen file")
     panel.client.wait_for(lambda: "ring" in operator.buttons, "a button of a file")
