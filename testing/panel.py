@@ -142,8 +142,13 @@ class Panel:
         self.client.set_parameters("ik_node", {"speed_scale": 1.0})
         # Of a pose that leads nowhere one could not tell when it is over.
         if not self._rests_at(HOME):
-            self.client.send_pose(HOME)
-            self.wait_until_at(HOME)
+            # An ik_node that was killed is taken for a listener a while longer.
+            self.repeat_until(
+                lambda: self.client.send_pose(HOME),
+                lambda seconds: self.client.wait_for(
+                    lambda: self._rests_at(HOME), "the middle", seconds
+                ),
+            )
         self.machine.wait_for_state("idle")
 
     def stop_on_the_way(self, press_stop: Callable[[], object]) -> None:

@@ -9,6 +9,7 @@ from functools import partial
 from html import escape
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
 import numpy as np
 import viser
@@ -65,6 +66,8 @@ LIST_PERIOD = 1.0  # s between two looks into the folder
 SHOW_PERIOD = 0.2  # s between two texts of the present line
 ASKED = 5.0  # s within which one more press removes a file
 LISTED = 15  # lines
+# Sliders: label, largest value in per cent, and the parameter of ik_node.
+SCALES = (("Override", 200, "path_speed_scale"), ("Rapids", 100, "rapid_scale"))
 
 # Colours of the path, and of the line that runs: red, green and blue from 0 to 255.
 COLORS: dict[int, RGB] = {CUT: (0, 30, 130), RAPID: (110, 110, 110), OUTSIDE: (220, 0, 0)}
@@ -186,10 +189,10 @@ class ProgramTab:
 
         buttons = gui.add_button_group("Motion", ("pause", "go on", "stop"))
         buttons.on_click(press_motion)
-        slider = gui.add_slider("Override [%]", min=1, max=200, step=1, initial_value=100)
-        name = "path_speed_scale"
-        scale = NewestWish(requests.link, "override", name, self._show_override)
-        self._override = OperatorsInput(requests, slider, lambda percent: scale.set(0.01 * percent))
+        self._override, self._rapids = (
+            self._scale(gui.add_slider(f"{label} [%]", 1, most, 1, 100), label.lower(), name)
+            for label, most, name in SCALES
+        )
         with gui.add_folder("File and lines", expand_by_default=False):
             self._name = OperatorsInput(requests, gui.add_text("Name", ""))
             files = gui.add_button_group("This file", ("rename", "download", "delete"))
@@ -228,10 +231,16 @@ class ProgramTab:
             if not self.is_running:
                 self._end_run(self._run)
 
+    def _scale(self, slider: Any, what: str, name: str) -> OperatorsInput:
+        """Return a ``slider`` that sets the parameter ``name``; a refusal calls it ``what``."""
+        scale = NewestWish(self._requests.link, what, name, self._show_override)
+        return OperatorsInput(self._requests, slider, lambda percent: scale.set(0.01 * percent))
+
     def _show_override(self) -> None:
         """Show what the machine has."""
         if self._facts is not None:
-            self._override.set(max(1, round(100.0 * self._facts.values["path_speed_scale"])))
+            for shown, (_, _, name) in zip((self._override, self._rapids), SCALES):
+                shown.set(max(1, round(100.0 * self._facts.values[name])))
 
     def show(self) -> None:
         """Show on the pages what there is."""
