@@ -229,7 +229,7 @@ def test_single_block_and_override_are_those_of_the_page_and_the_dialect_stays(
     operator.click("run")
     operator.set("Override [%]", 200)
     panel.read_until(operator, "waits: line 3 is next")
-    panel.read_until(operator, "left at 100 %")
+    panel.read_until(operator, "left of blocks.ngc")
     panel.wait_until_at((0.007, 0.0, 0.26))
     operator.set("Dialect", "marlin")
     panel.read_until(operator, "dialect not changed: blocks.ngc runs")

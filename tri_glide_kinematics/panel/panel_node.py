@@ -401,7 +401,7 @@ class PanelNode(Node):
             "ramps to rest (Esc)",
             (status.position or self._measured_text()) + self._manual.work_text,
             status.speed,
-            status.left,
+            self._program.left or status.left,
             status.speed_limit,
             has_controls,
         )

@@ -64,6 +64,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError
     from tri_glide_kinematics.programs.settings import load_own_settings as load_own_settings
     from tri_glide_kinematics.programs.settings import load_settings as load_settings
+    from tri_glide_kinematics.programs.time_left import Scales as Scales
+    from tri_glide_kinematics.programs.time_left import TimeLeft as TimeLeft
     from tri_glide_kinematics.programs.words import ProgramError as ProgramError
     from tri_glide_kinematics.programs.words import TellPart as TellPart
     from tri_glide_kinematics.programs.words import tell_nobody as tell_nobody

@@ -345,11 +345,14 @@ class PathPlanner:
             parts.append(part)
         return *parts, plan
 
-    def duration(self, heights: PathHeights, limits: SliderLimits) -> Interruptible[float]:
-        """Return how long the motion ``to_the_end`` takes, within a hundredth [s].
+    def timed(self, heights: PathHeights, limits: SliderLimits) -> Interruptible[FloatArray]:
+        """Return when the motion ``to_the_end`` is where, its duration within a hundredth.
 
         A long path is not planned as a whole: it is estimated (``speed_estimate.py``), and the
         estimate is corrected by what samples of it take as planned.
+
+        Returns:
+            Ascending places [m] and times [s]. Shape (2, n).
 
         Raises:
             PathTimingError: if no motion is found.
@@ -361,12 +364,11 @@ class PathPlanner:
             window = min(plan.continue_at, plan.duration)
             ahead = yield from _MotionAhead.estimated(heights, limits)
             if ahead.times[-1] > _MOST_WINDOWS * window:
-                return (yield from ahead.duration(window))
-        total = 0.0
-        while not plan.ends_path:
-            part, plan = yield from self._part_and_next(plan, Planned(limits), None)
-            total += part.duration
-        return total + plan.duration
+                ratio = (yield from ahead.duration(window)) / ahead.times[-1]
+                return np.array((ahead.places, ratio * ahead.times))
+        parts = yield from self._going_on_to_the_end(plan, Planned(limits))
+        whole = TimeScaling.joined([part.scaling for part in parts])
+        return np.array((whole.ways, whole.times))
 
     def _part_and_next(
         self, plan: PathPlan, planned: Planned, shaper: Shaper | None

@@ -118,6 +118,7 @@ class ProgramTab:
     Attributes:
         link: by which programs run.
         files: the settings of programs, and the work zeros that are kept.
+        left: how long the program that runs still takes, for the strip; empty if unknown.
         is_taken: returns whether a typed line has the machine, beside which no program begins.
     """
 
@@ -152,6 +153,7 @@ class ProgramTab:
         self._kept = kept
         self._chosen = ChosenProgram(self._folder, settings_file, zeros_file, present)
         self.link, self.files = link, (settings_file, zeros_file)
+        self.left = ""
         self.is_taken: Callable[[], bool] = lambda: False
         self._facts: MachineFacts | None = None
         self._run: ProgramRun | None = None
@@ -446,6 +448,7 @@ class ProgramTab:
             self._requests.refuse(f"nothing begun: {reason}")
             return
         self._way = math.nan
+        self._chosen.begin_run()
         try:
             self._run = ProgramRun(
                 self.link,
@@ -500,6 +503,7 @@ class ProgramTab:
 
     def _show_progress(self) -> None:
         run, chosen = self._run, self._chosen
+        self.left = ""
         if not self.is_running and (told := self._told_of_other()):
             self._progress.content = told
             self._mark(0)
@@ -520,13 +524,10 @@ class ProgramTab:
             if machine.target_kind == MachineState.TARGET_PATH:
                 self._way = machine.way_remaining
             way = self._way
-        left = chosen.time_left(line, way)
-        if left is not None and chosen.check is not None and chosen.check.duration:
-            part = 1.0 - left / chosen.check.duration
-        if left is not None and self.is_running:
-            # The check knows no override.
-            at_whole = "" if self._override.value == 100 else " at 100 %"
-            parts.append(f"{clock_text(left)} left{at_whole}")
+        if (whole := chosen.left(1)) > 0.0:
+            part = 1.0 - chosen.left(line, way) / whole
+        if self.is_running and (left := chosen.left(line, way, is_run=True)) >= 0.0:
+            self.left = f"{clock_text(left)} left of {chosen.name}"
         if run.state is RunState.WAITING:
             parts.append(f"waits: {run.doing}")
         self._progress.content = "".join(
