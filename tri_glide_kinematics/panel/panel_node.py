@@ -308,8 +308,9 @@ class PanelNode(Node):
     @property
     def _is_still(self) -> bool:
         """Whether nothing moves, and nothing is driven from here."""
-        is_busy = self._program.is_running or self._program.is_taken()
-        return not (is_busy or self._feeds.status.message.speed > 0.0)
+        setpoint, told = self._feeds.motion.commanded, self._feeds.status.message
+        moves = told.speed > 0.0 or (setpoint is not None and any(setpoint.velocities))
+        return not (moves or self._program.is_running or self._program.is_taken())
 
     def _look_for_refusals(self) -> None:
         # A goal that is looked at tells how it has ended.
