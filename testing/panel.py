@@ -140,8 +140,15 @@ class Panel:
         """Let the machine rest in its middle, at full speed, whatever was before."""
         self.recover()
         self.client.set_parameters("ik_node", {"speed_scale": 1.0})
-        self.client.send_pose(HOME)
-        self.wait_until_at(HOME)
+        # Of a pose that leads nowhere one could not tell when it is over.
+        if not self._rests_at(HOME):
+            # An ik_node that was killed is taken for a listener a while longer.
+            self.repeat_until(
+                lambda: self.client.send_pose(HOME),
+                lambda seconds: self.client.wait_for(
+                    lambda: self._rests_at(HOME), "the middle", seconds
+                ),
+            )
         self.machine.wait_for_state("idle")
 
     def stop_on_the_way(self, press_stop: Callable[[], object]) -> None:
@@ -222,10 +229,10 @@ class Panel:
 
     def wait_until_at(self, position: Sequence[float]) -> None:
         """Wait until the platform is commanded to rest at a ``position`` [m]."""
-        self.client.wait_for(
-            lambda: self.is_at_rest and math.dist(self.position, position) < 2e-5,
-            f"rest at {position}",
-        )
+        self.client.wait_for(lambda: self._rests_at(position), f"rest at {position}")
+
+    def _rests_at(self, position: Sequence[float]) -> bool:
+        return self.is_at_rest and math.dist(self.position, position) < 2e-5
 
     @property
     def position(self) -> Vector3:

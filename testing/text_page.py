@@ -97,6 +97,8 @@ class TextPage:
         elif kind == "FileTransferPart":
             name = self._transfers[message["transfer_uuid"]]
             self.downloads[name].append(bytes(message["content"]))
+        elif kind == "GuiRemoveMessage":
+            self._controls.pop(message["uuid"], None)
         elif kind == "RemoveSceneNodeMessage":
             self.nodes.discard(message["name"])
         elif "container_uuid" in message:
@@ -140,12 +142,13 @@ class TextPage:
         return list(self._labelled(label)["props"]["options"])
 
     def value_of(self, label: str) -> Any:
-        """Return what stands in the field with a ``label``."""
-        return self._labelled(label)["value"]
+        """Return what stands in the field with a ``label``; None without such a field."""
+        shown = (each for each in self._shown() if each["props"].get("label") == label)
+        return next((each["value"] for each in shown), None)
 
     def set(self, label: str, value: object) -> None:
         """Put a ``value`` into the field with a ``label``."""
-        control = self._labelled(label)
+        control = next(each for each in self._shown() if each["props"].get("label") == label)
         control["value"] = value
         self._press(control["uuid"], value)
 
@@ -193,9 +196,6 @@ class TextPage:
     def _pad(self, words: str) -> str:
         html = "".join(each["props"].get("content", "") for each in self._shown())
         return next(uuid for uuid, name in PAD.findall(html) if name == words)
-
-    def _labelled(self, label: str) -> dict[str, Any]:
-        return next(each for each in self._shown() if each["props"].get("label") == label)
 
     def _shown(self) -> Iterator[dict[str, Any]]:
         """Return the controls that are seen on the tab that is open."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 from contextlib import closing
 
@@ -104,8 +105,9 @@ def test_outputs_have_a_switch_that_shows_what_is_told(panel: Panel, operator: T
     panel.client.call(SetBool, "ik_node/enable", SetBool.Request(data=True))
     # Not beside a program that does so itself.
     operator.tab = "Program"
-    operator.upload("mist.ngc", "G21 M7\nG0 X0 Y0 Z250\nM0\nG0 X5\nM2\n")
-    panel.read_until(operator, "x 0 to 5 mm")
+    operator.upload("mist.ngc", "G21 M7\nG0 X0 Y0 Z250\nM0\nG0 X6\nM2\n")
+    # No other program of this file has these numbers: until it is read, the one before is shown.
+    panel.read_until(operator, "x 0 to 6 mm")
     operator.click("run")
     panel.read_until(operator, "waits: line 3: M0")
     operator.tab = "Drive"
@@ -116,3 +118,44 @@ def test_outputs_have_a_switch_that_shows_what_is_told(panel: Panel, operator: T
     operator.stop()
     panel.client.wait_for(lambda: told[-1] == ("mist", 0, 0.0), "the end of the program")
     assert ("flood", 0, 1.0) not in told
+
+
+def test_own_buttons_run_as_a_typed_line_does_and_are_there_after_a_restart(
+    panel: Panel, operator: TextPage
+) -> None:
+    operator.click("newest line")
+    panel.read_until(operator, "nothing made: a name has 1 to 24 characters")
+    operator.set("Button", "right")
+    operator.type_line("G91 G1 X3 F6000")
+    panel.read_until(operator, "G91 G1 X3 F6000: done")
+    operator.click("newest line")
+    panel.client.wait_for(lambda: "right" in operator.buttons, "a button")
+    operator.click("chosen file")
+    panel.read_until(operator, "nothing made: there is a button right already")
+    operator.tab = "Program"
+    operator.upload("ring.ngc", "G21 G91\nG0 Z2\nG2 I5 F6000\nG0 Z-2\nM2\n")
+    panel.read_until(operator, "z 300 to 302 mm")
+    operator.tab = "Drive"
+    operator.set("Button", "far")
+    operator.type_line("G0 X900")
+    operator.click("newest line")
+    panel.client.wait_for(lambda: "far" in operator.buttons, "a second button")
+    operator.set("Button", "ring")
+    operator.click("chosen file")
+    panel.client.wait_for(lambda: "ring" in operator.buttons, "a button of a file")
+    assert panel.node.signal(signal.SIGTERM) == 0
+    panel.start_node()
+    with closing(TextPage(panel.address)) as page:
+        panel.read_until(page, "idle")
+        page.click("right")
+        panel.read_until(page, "right: done")
+        panel.wait_until_at((0.006, 0.0, 0.25))
+        page.click("ring")
+        panel.read_until(page, "ring: done")
+        panel.wait_until_at((0.006, 0.0, 0.25))
+        page.click("far")
+        panel.read_until(page, "far: line 1: segment 1 of the path: outside the workspace")
+        page.set("Button", "ring")
+        page.click("remove")
+        panel.client.wait_for(lambda: "ring" not in page.buttons, "no button of a file")
+        assert {"right", "far"} < set(page.buttons)

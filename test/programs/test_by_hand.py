@@ -1,4 +1,4 @@
-"""What an operator does by hand: work zeros that are kept, and a line that is typed."""
+"""What an operator does by hand: work zeros and buttons that are kept, a line that is typed."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.programs import (
+    KeptError,
     ProgramError,
     ProgramSettings,
+    buttons_file,
     default_zeros_file,
+    load_buttons,
     load_zeros,
-    read_line,
     read_program,
+    read_short,
     touched_off,
     with_kept_zeros,
+    write_buttons,
     write_zeros,
 )
 
@@ -69,14 +73,26 @@ def test_what_has_no_meaning_is_not_kept(tmp_path):
     assert load_zeros(file) == {"G54": PLACE}
 
 
+def test_own_buttons_are_kept_beside_the_work_zeros_of_their_machine(tmp_path):
+    file = buttons_file(tmp_path / "new" / "work_zero_cell_1.yaml")
+    assert file.name == "work_zero_cell_1.buttons.yaml"
+    assert load_buttons(file) == {}
+    programs = {"yes": "G28\n", "1": "G0 X1 ; \N{DEGREE SIGN}", "Park: now": "G0 Z5\nM5\n"}
+    write_buttons(file, programs)
+    assert list(load_buttons(file).items()) == list(programs.items())
+    file.write_text("1: G28\n")
+    with pytest.raises(KeptError, match="must have a text for each name"):
+        load_buttons(file)
+
+
 def test_a_typed_line_is_a_program_from_where_the_platform_is():
-    assert end_of(read_line("G1 X1 F600", SETTINGS, PLACE)) == pytest.approx((0.001, *PLACE[1:]))
-    assert end_of(read_line("G91 G0 X1", SETTINGS, PLACE)) == pytest.approx((0.031, *PLACE[1:]))
+    assert end_of(read_short("G1 X1 F600", SETTINGS, PLACE)) == pytest.approx((0.001, *PLACE[1:]))
+    assert end_of(read_short("G91 G0 X1", SETTINGS, PLACE)) == pytest.approx((0.031, *PLACE[1:]))
     # What a line has set holds in no other one.
-    assert end_of(read_line("G0 X1", SETTINGS, PLACE)) == pytest.approx((0.001, *PLACE[1:]))
+    assert end_of(read_short("G0 X1", SETTINGS, PLACE)) == pytest.approx((0.001, *PLACE[1:]))
     home = replace(SETTINGS, home=(0.0, 0.0, 0.3))
-    assert end_of(read_line("G28", home, PLACE)) == (0.0, 0.0, 0.3)
-    (spindle,) = read_line("M3 S900", SETTINGS, PLACE).steps
+    assert end_of(read_short("G28", home, PLACE)) == (0.0, 0.0, 0.3)
+    (spindle,) = read_short("M3 S900", SETTINGS, PLACE).steps
     assert (spindle.name, spindle.value) == ("spindle", 900.0)
 
 
@@ -87,11 +103,10 @@ def test_a_typed_line_is_a_program_from_where_the_platform_is():
         ("G1 X1", "no F says how fast"),
         ("G0 X1 G7", "this command is not understood"),
         ("", "it says nothing"),
-        ("G0 X1\nG0 X2", "it must be one line"),
-        ("G0 X1" + " " * 200, "it must be one line of at most 200"),
+        ("G0 X1" + " " * 1996, "it has 2001 characters, at most 2000: make a file"),
         ("G91 G83 X1 Z-5 R1 Q.05 L9 F500", "segments, at most 1000: make a file"),
     ],
 )
 def test_a_typed_line_that_is_none_is_refused(line, reason):
     with pytest.raises(ProgramError, match=reason):
-        read_line(line, SETTINGS, PLACE)
+        read_short(line, SETTINGS, PLACE)

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from controller_rig import MACHINE, PERIOD, Rig
-from soak import many, seed
+from controller_rig import LIMITS, MACHINE, PERIOD, Rig
+from motion_machine import WORKSPACE
+from soak import combined, many, seed
 
 from tri_glide_kinematics.control import (
     DISABLED,
@@ -36,7 +37,10 @@ from tri_glide_kinematics.programs import (
     ProgramRun,
     ProgramSettings,
     RunState,
+    Scales,
     StopKind,
+    TimeLeft,
+    check_program,
     load_kept,
     read_program,
 )
@@ -556,3 +560,39 @@ def test_a_run_is_refused_while_somebody_else_drives_one_and_switches_nothing(ma
     assert run.reports[0].text == "nothing begun: drive runs part.gcode"
     assert machine.told == machine.moves == []
     assert not machine.runs.lost(machine.now)
+
+
+LASTING = {
+    "cuts and rapids": "G64 P0.1\n" + "G0 X30 Z45\nZ40\nG1 X0 F3000\nG0 Z45\nG1 Y8 F6000\nY0\n" * 4,
+    "exact stops, dwells": "G61\n" + "G0 X20\nG4 P0.3\nG1 X0 F3000\nG3 X10 Y10 R10\nG1 X0 Y0\n" * 5,
+    "a slow end": "G0 X0 Y0 Z40\n" + "G0 X40\nX-40\n" * 8 + "G1 X-35 F150\n",
+    "dense": "".join(
+        f"G1 X{30 * np.cos(0.05 * n):.4f} Y{30 * np.sin(0.05 * n):.4f} Z40 F{1500 + 20 * n}\n"
+        for n in range(200)
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "scales"), combined(tuple(LASTING), (Scales(), Scales(0.4, 0.1), Scales(1.5, 1.0)))
+)
+def test_the_time_that_is_left_is_that_which_it_takes_in_the_end(machine, name, scales):
+    program = read_program(LASTING[name] + "M2\n", SETTINGS, "part.gcode")
+    left = TimeLeft(program, check_program(program, WORKSPACE, LIMITS))
+    machine.controller.set_limits(LIMITS, 1.0, *scales)
+    run, told = run_of(machine, program), []
+    begin = machine.now
+    while run.state is not RunState.ENDED:
+        machine.cycle(CYCLES)
+        machine.goal.look() if machine.goal else None
+        run.look(machine.now)
+        goal = machine.goal
+        way = goal.progress.way_remaining if goal and goal.progress else math.nan
+        rest = left.look(machine.now, run.line, way, scales)
+        told.append((machine.now - begin, rest))
+    assert run.is_whole
+    total = machine.now - begin
+    times, rests = np.transpose(told)
+    tenths = np.interp(total * np.arange(10) / 10.0, times, rests) + total * np.arange(10) / 10.0
+    assert tenths == pytest.approx(total, rel=0.05)

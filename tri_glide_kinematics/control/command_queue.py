@@ -130,7 +130,7 @@ class CommandQueue:
         self._newest_target = newest_target
         self._now = 0.0
         self._inbox = Inbox(period)
-        self._limits = DriveLimits(engine.limits, engine.speed_scale, engine.path_speed_scale)
+        self._limits = DriveLimits(engine.limits, *engine.scales)
         self._cycle = 0
         self._rests_first = False
         self._begun: Command | None = None
@@ -225,9 +225,9 @@ class CommandQueue:
         self._supersede(*dropped)
         self._engine.stop()
 
-    def put_limits(self, limits: SliderLimits, speed_scale: float, path_speed_scale: float) -> None:
+    def put_limits(self, limits: SliderLimits, *scales: float) -> None:
         """Let limits wait, in place of older ones, unless they are the newest already."""
-        new = DriveLimits(limits, speed_scale, path_speed_scale)
+        new = DriveLimits(limits, *scales)
         if new != self._limits:
             self._limits = new
             self._inbox.put(NewLimits(new))

@@ -96,7 +96,7 @@ class CommandedMotion:
         """
         self.is_teaching = False
         self._engine = engine
-        self._limits = DriveLimits(engine.limits, engine.speed_scale, engine.path_speed_scale)
+        self._limits = DriveLimits(engine.limits, *engine.scales)
         self._queue = queue
         self._states = states
         self._streams = streams
@@ -218,11 +218,12 @@ class CommandedMotion:
                 # Where it cannot be reached, the stream has ended as any other.
                 self.move_to(self._newest_pose)
 
-    def set_limits(
-        self, limits: SliderLimits, speed_scale: float, path_speed_scale: float = 1.0
-    ) -> None:
-        """Change the limits when it is their turn; too fast a motion slows down first."""
-        self._limits = DriveLimits(limits, speed_scale, path_speed_scale)
+    def set_limits(self, limits: SliderLimits, *scales: float) -> None:
+        """Change the limits when it is their turn; too fast a motion slows down first.
+
+        The ``scales`` are those of speed, of path speed, and of rapids: at least the first.
+        """
+        self._limits = DriveLimits(limits, *scales)
         self._put_limits()
 
     def set_teach_mode(self, on: bool) -> str:
@@ -240,7 +241,7 @@ class CommandedMotion:
         limits = self._limits.sliders
         if self.is_teaching:
             limits = in_teach_mode(limits, self._engine.machine)
-        self._queue.put_limits(limits, self._limits.speed_scale, self._limits.path_speed_scale)
+        self._queue.put_limits(limits, *self._limits.scales)
         self.go_on()
 
     def pursue_position(self, position: Sequence[float]) -> Command:

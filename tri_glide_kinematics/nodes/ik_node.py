@@ -145,6 +145,7 @@ class IkNode(Node):
             kind=MotionKind[values["motion"].upper()],
             speed_scale=values["speed_scale"],
             path_speed_scale=values["path_speed_scale"],
+            rapid_scale=values["rapid_scale"],
             in_pieces=True,
         )
         self._engine.set_shaper(shaper_of(values))
@@ -399,7 +400,8 @@ class IkNode(Node):
         machine, _ = self._machine_of(values)
         self._feed_forward.forces = forces = forces_of(values, machine)
         limits = motion_limits_of(values, machine, forces)
-        self._controller.set_limits(limits, values["speed_scale"], values["path_speed_scale"])
+        scales = (values[name] for name in ("speed_scale", "path_speed_scale", "rapid_scale"))
+        self._controller.set_limits(limits, *scales)
         self._engine.set_shaper(shaper_of(values))
 
     def _health(self) -> Health:

@@ -50,7 +50,7 @@ from tri_glide_kinematics.panel.tabs import (
 from tri_glide_kinematics.programs import default_kept_file, default_zeros_file
 from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.loop import Cycle
+from tri_glide_kinematics.ros.loop import LONGEST_WAIT, Cycle
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.ros.starting import default_parameter_file
 from tri_glide_kinematics.settings import PANEL_NODE, Values
@@ -59,6 +59,9 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 POINTS_FILE = "taught_points.yaml"
 PROGRAMS_FOLDER = "programs"
 FRAMES = 30.0  # 1/s
+STILL = 3  # frames of a machine at rest, of which one is drawn
+# While nothing goes on, answers and states may wait so long [s]: a look at them takes time.
+STILL_WAIT = 0.1
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
 LONGEST_NOTICE = 500  # characters
@@ -106,6 +109,7 @@ class PanelNode(Node):
         # By page, with the tab that it had open: one that has begun anew knows nothing.
         self._told: dict[int, tuple[tuple[Strip, str], float]] = {}
         self._told_at = 0.0
+        self._frames = 0
         # By page, how much of the history it has.
         self._told_history: dict[int, int] = {}
         self._history_at = 0.0
@@ -126,6 +130,7 @@ class PanelNode(Node):
             may_end=lambda: self._program.may_end() & self._manual.may_end(),
             end=self._end,
             own=self._feeds.swing.own,
+            patience=lambda: STILL_WAIT if self._is_still else LONGEST_WAIT,
         )
         PatientServices(self)
         # Not by the log, which goes to files and to all who listen to /rosout.
@@ -285,7 +290,8 @@ class PanelNode(Node):
         clients = self._server.get_clients()
         if not clients or not self._page.shows("Swing"):
             self._feeds.swing.close()
-        if not clients:
+        self._frames += 1
+        if not clients or (self._is_still and self._frames % STILL):
             return
         self._mechanisms.step(time.monotonic())
         self._tell(clients)
@@ -298,6 +304,13 @@ class PanelNode(Node):
         if self._facts is not None:
             self._drive.show(self._facts, self._commanded_position(), self._feeds.status.state)
             self._view.draw(self._facts, self._feeds)
+
+    @property
+    def _is_still(self) -> bool:
+        """Whether nothing moves, and nothing is driven from here."""
+        setpoint, told = self._feeds.motion.commanded, self._feeds.status.message
+        moves = told.speed > 0.0 or (setpoint is not None and any(setpoint.velocities))
+        return not (moves or self._program.is_running or self._program.is_taken())
 
     def _look_for_refusals(self) -> None:
         # A goal that is looked at tells how it has ended.
@@ -401,7 +414,7 @@ class PanelNode(Node):
             "ramps to rest (Esc)",
             (status.position or self._measured_text()) + self._manual.work_text,
             status.speed,
-            status.left,
+            self._program.left or status.left,
             status.speed_limit,
             has_controls,
         )

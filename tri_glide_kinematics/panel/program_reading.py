@@ -114,7 +114,6 @@ class ReadProgram:
         points: ends of the pieces that are drawn. Shape (n, 2, 3) [m].
         looks: of each piece: CUT, RAPID or OUTSIDE. Shape (n,).
         outside: the first line that leads outside the workspace; 0 for none.
-        ways: length of each step that is a path, as programmed. Shape (steps,) [m].
         lines: the first line and the last of each step, which both ascend. Shape (2, steps).
         lower, upper: corners of the box around the path. Shapes (3,) [m].
     """
@@ -124,7 +123,6 @@ class ReadProgram:
     points: NDArray[np.float32]
     looks: NDArray[np.uint8]
     outside: int
-    ways: tuple[float, ...]
     lines: NDArray[np.int64]
     lower: Vector3
     upper: Vector3
@@ -256,12 +254,9 @@ def drawn(
     places = [np.zeros((0, 3))]
     looks: list[NDArray[np.uint8]] = []
     outside = 0
-    ways = []
     for step in program.steps:
-        ways.append(0.0)
         for run in step.runs:
             segments = at_once(run.segments.path_from(run.start)).segments
-            ways[-1] = float(segments.lengths.sum())
             points, segment = polyline_of(segments)
             inside = np.empty(len(points), dtype=np.bool_)
             for rows in blocks(len(points), ROWS):
@@ -287,7 +282,6 @@ def drawn(
         pieces.astype(np.float32),
         look[look != NOTHING],
         outside,
-        tuple(ways),
         np.array([[step.line_at(segment) for step in program.steps] for segment in (0, -1)]),
         three(low),
         three(high),

@@ -41,6 +41,8 @@ from tri_glide_kinematics.programs import (
     Dialect,
     ProgramCheck,
     ProgramSettings,
+    Scales,
+    TimeLeft,
     load_own_settings,
     with_kept_zeros,
 )
@@ -409,8 +411,8 @@ class ChosenProgram:
         self._settings = ProgramSettings()
         self._process: ReadingProcess | None = None
         self._stream: BinaryIO | None = None
-        # How long the steps take from each one on, by the check [s].
-        self._left: FloatArray = np.zeros(1)
+        # Made of the check, when it is asked for; None for a run that begins anew.
+        self._time_left: TimeLeft | None = None
 
     @property
     def is_in_work(self) -> bool:
@@ -437,8 +439,10 @@ class ChosenProgram:
         """Where the file is.
 
         Raises:
-            KinematicsError: if its name is none of a program.
+            KinematicsError: if its name is none of a program, or none is chosen.
         """
+        if not self.name:
+            raise ProgramFileError("choose a program first")
         return self._folder.path(self.name)
 
     def take_facts(self, facts: MachineFacts) -> None:
@@ -489,6 +493,10 @@ class ChosenProgram:
         self.close()
         self._begin(self.path, is_check=True)
 
+    def begin_run(self) -> None:
+        """Forget how long another run has taken."""
+        self._time_left = None
+
     def cancel(self) -> None:
         """End what is being done with it; what is not read is not chosen any more."""
         self.close()
@@ -510,7 +518,7 @@ class ChosenProgram:
             self.error = answer.reason
         elif isinstance(answer, ProgramCheck):
             self.check = answer
-            self._left = np.append(np.cumsum(answer.durations[::-1])[::-1], 0.0)
+            self.begin_run()
         else:
             self.read = answer
         return answer
@@ -583,29 +591,30 @@ class ChosenProgram:
             rows.append((name, f"{_millimetres(low)} to {_millimetres(high)} mm"))
         if self.check is not None:
             rows.append(("way", f"{_millimetres(self.check.length)} mm"))
-            rows.append(("duration", clock_text(self.check.duration)))
+            rows.append(("duration", clock_text(self.left(1))))
         else:
             rows.append(("duration", "not known before the check"))
         return rows
 
-    def time_left(self, line: int, way: float) -> float | None:
-        """Return how long the program takes from a ``line`` on [s]; None before the check.
+    def left(self, line: int, way: float = math.nan, *, is_run: bool = False) -> float:
+        """Return how long the program takes from a ``line`` on [s]; NaN before the check.
 
-        ``way`` is what is left of the present path [m]; NaN if that is not known.
+        Args:
+            line: that is driven, or would be.
+            way: what is left of the present path [m]; NaN if that is not known.
+            is_run: whether it is driven now: then it counts how long it has taken so far.
         """
-        read = self.read
-        if read is None or self.check is None:
-            return None
-        present = read.steps_at(line)
-        left = float(self._left[present.stop])
-        for index in present:
-            for run in read.program.steps[index].runs:
-                behind = len(run.lines) - int(np.searchsorted(run.lines, line))
-                part = behind / len(run.lines)
-                if math.isfinite(way):
-                    part = min(way / read.ways[index], 1.0)
-                left += part * self.check.durations[index]
-        return left
+        if self.check is None or self._facts is None:
+            return math.nan
+        if self._time_left is None:
+            assert self.read is not None
+            self._time_left = TimeLeft(self.read.program, self.check)
+        values = self._facts.values
+        feed = values["path_speed_scale"] * values["speed_scale"]
+        scales = Scales(feed, values["rapid_scale"])
+        if is_run:
+            return self._time_left.look(monotonic(), line, way, scales)
+        return self._time_left.at(line, way, scales)
 
     def text_of(self, line: int) -> str:
         """Return what stands in a ``line`` of the file that was read."""

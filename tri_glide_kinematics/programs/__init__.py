@@ -20,20 +20,24 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.kept import KeptError as KeptError
     from tri_glide_kinematics.programs.kept import KeptLine as KeptLine
     from tri_glide_kinematics.programs.kept import RunState as RunState
+    from tri_glide_kinematics.programs.kept import buttons_file as buttons_file
     from tri_glide_kinematics.programs.kept import default_kept_file as default_kept_file
     from tri_glide_kinematics.programs.kept import default_zeros_file as default_zeros_file
     from tri_glide_kinematics.programs.kept import line_to_go_on_from as line_to_go_on_from
+    from tri_glide_kinematics.programs.kept import load_buttons as load_buttons
     from tri_glide_kinematics.programs.kept import load_kept as load_kept
     from tri_glide_kinematics.programs.kept import load_zeros as load_zeros
     from tri_glide_kinematics.programs.kept import touched_off as touched_off
     from tri_glide_kinematics.programs.kept import with_kept_zeros as with_kept_zeros
+    from tri_glide_kinematics.programs.kept import write_buttons as write_buttons
     from tri_glide_kinematics.programs.kept import write_zeros as write_zeros
+    from tri_glide_kinematics.programs.loading import LONGEST_TEXT as LONGEST_TEXT
     from tri_glide_kinematics.programs.loading import POINTS_ENDING as POINTS_ENDING
     from tri_glide_kinematics.programs.loading import PROGRAM_ENDINGS as PROGRAM_ENDINGS
     from tri_glide_kinematics.programs.loading import is_program as is_program
     from tri_glide_kinematics.programs.loading import load_program as load_program
     from tri_glide_kinematics.programs.loading import load_work as load_work
-    from tri_glide_kinematics.programs.loading import read_line as read_line
+    from tri_glide_kinematics.programs.loading import read_short as read_short
     from tri_glide_kinematics.programs.points import load_points as load_points
     from tri_glide_kinematics.programs.program import Dwell as Dwell
     from tri_glide_kinematics.programs.program import MoveStep as MoveStep
@@ -60,6 +64,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError
     from tri_glide_kinematics.programs.settings import load_own_settings as load_own_settings
     from tri_glide_kinematics.programs.settings import load_settings as load_settings
+    from tri_glide_kinematics.programs.time_left import Scales as Scales
+    from tri_glide_kinematics.programs.time_left import TimeLeft as TimeLeft
     from tri_glide_kinematics.programs.words import ProgramError as ProgramError
     from tri_glide_kinematics.programs.words import TellPart as TellPart
     from tri_glide_kinematics.programs.words import tell_nobody as tell_nobody

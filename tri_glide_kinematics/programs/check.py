@@ -6,6 +6,8 @@ import itertools
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.errors import CutBendError, PathTimingError
@@ -27,12 +29,43 @@ from tri_glide_kinematics.programs.program import (
     Step,
 )
 from tri_glide_kinematics.programs.words import ProgramError, TellPart, tell_nobody
-from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 # A path has about so many pieces of work, and so many more for each of its segments.
 _PIECES = 1_300
 _PIECES_OF_SEGMENT = 0.065
+# F holds where the platform takes less than so many times the time by F.
+AS_ASKED = 1.1
+
+
+@dataclass(frozen=True, eq=False)
+class TimedWay:
+    """When the platform is where on a path, at an override of 100 %.
+
+    Attributes:
+        to_go: way that is left at the knots, descending to 0. Shape (n + 1,) [m].
+        times: from knot to knot. Shape (n,) [s].
+        feed: the least of that by F; 0 where none holds. Shape (n,) [s].
+        rapid: the least of that where no F holds, at the largest velocity limit. Shape (n,) [s].
+    """
+
+    to_go: FloatArray
+    times: FloatArray
+    feed: FloatArray
+    rapid: FloatArray
+
+    def left(self, to_go: float, feed_scale: float, rapid_scale: float) -> float:
+        """Return how long the rest takes of which so much is ``to_go`` [m], with scales [s]."""
+        if feed_scale < 1.0:
+            each = np.maximum(self.times, self.feed / feed_scale)
+        else:
+            # Where it gets faster and slower, another F changes little.
+            each = np.where(self.times < AS_ASKED * self.feed, self.feed / feed_scale, self.times)
+        if rapid_scale < 1.0:
+            each = np.maximum(each, self.rapid / rapid_scale)
+        left = np.append(0.0, np.cumsum(each[::-1]))
+        return float(np.interp(to_go, self.to_go[::-1], left))
 
 
 @dataclass(frozen=True)
@@ -43,12 +76,14 @@ class ProgramCheck:
         duration: without the time for which it waits for somebody [s].
         durations: of each step. Shape (n,) [s].
         length: of the way driven [m].
+        timed: the motion of each step that is a path; None for the others.
         is_shaped: whether there is a shaper; the durations leave out what it takes in bends.
     """
 
     duration: float
     durations: tuple[float, ...]
     length: float
+    timed: tuple[TimedWay | None, ...]
     is_shaped: bool = False
 
 
@@ -69,26 +104,30 @@ def check_program(
         ProgramError: if a place of it is not inside, or no motion keeps the limits; it names the
             line.
     """
-    durations = []
+    durations: list[float] = []
+    timed: list[TimedWay | None] = []
     length, done = 0.0, 0
     segments = sum(len(run.segments) for step in program.steps for run in step.runs)
     for step in program.steps:
-        duration = step.rest
+        duration, way = step.rest, None
         for run in step.runs:
             try:
                 work = _timed(run, workspace, limits, shaper)
-                duration, way = _watched(work, (done, len(run.segments), segments), tell_part)
+                way = _watched(work, (done, len(run.segments), segments), tell_part)
             except KinematicsError as error:
                 raise at_its_line(program, run, error) from error
-            length += way
+            duration = float(way.times.sum())
+            length += float(way.to_go[0])
             done += len(run.segments)
         durations.append(duration)
-    return ProgramCheck(sum(durations), tuple(durations), length, shaper is not None)
+        timed.append(way)
+    total = sum(durations)
+    return ProgramCheck(total, tuple(durations), length, tuple(timed), shaper is not None)
 
 
 def _watched(
-    work: Interruptible[tuple[float, float]], share: tuple[int, int, int], tell_part: TellPart
-) -> tuple[float, float]:
+    work: Interruptible[TimedWay], share: tuple[int, int, int], tell_part: TellPart
+) -> TimedWay:
     """Return the result of a ``work`` along a path, of which nobody knows how much it will be.
 
     The ``share`` of the path: segments before it, its own, and those of the whole program.
@@ -99,7 +138,7 @@ def _watched(
         try:
             next(work)
         except StopIteration as end:
-            result: tuple[float, float] = end.value
+            result: TimedWay = end.value
             break
         tell_part((done + count * math.tanh(1.5 * pieces / likely)) / whole)
     return result
@@ -107,16 +146,21 @@ def _watched(
 
 def _timed(
     run: PathRun, workspace: Workspace, limits: SliderLimits, shaper: Shaping | None
-) -> Interruptible[tuple[float, float]]:
-    """Return how long a path takes [s], and how long its way is [m]."""
+) -> Interruptible[TimedWay]:
+    """Return when the platform is where on a path."""
     path = yield from run.segments.path_from(run.start)
     planner = PathPlanner(workspace)
     heights = yield from planner.begun(path, limits, shaper)
-    duration = yield from planner.duration(heights, limits)
+    places, times = yield from planner.timed(heights, limits)
     driven = heights.driven
     if shaper is not None:
-        duration += (len(driven.stops) - 1) * shaper.covering(driven.places()).duration
-    return duration, driven.arc_length.total
+        stops = np.searchsorted(driven.stops[1:], places, "right")
+        times = times + stops * shaper.covering(driven.places()).duration
+    ways = driven.ways(places)
+    asked = driven.speed_limits(0.5 * (places[1:] + places[:-1]))
+    steps = np.diff(ways)
+    rapid = np.where(np.isinf(asked), steps / max(limits.velocity), 0.0)
+    return TimedWay(driven.arc_length.total - ways, np.diff(times), steps / asked, rapid)
 
 
 def at_its_line(program: Program, step: Step, error: KinematicsError) -> ProgramError:

@@ -1,6 +1,6 @@
-"""What is kept of a machine on disk: how far its last program came, and its work zeros.
+"""What is kept of a machine on disk: how far its last program came, work zeros, own buttons.
 
-There is one file of each for each machine. After a lost power supply both are known.
+There is one file of each for each machine. After a lost power supply all are known.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -74,9 +75,7 @@ class KeptLine:
         Raises:
             OSError: if it cannot be written; what was there before still is.
         """
-        file.parent.mkdir(parents=True, exist_ok=True)
-        content = {**vars(self), "state": self.state.value}
-        write_file(file, yaml.safe_dump(content, sort_keys=False))
+        _write(file, {**vars(self), "state": self.state.value})
 
 
 class LineKeeper:
@@ -114,6 +113,12 @@ def default_kept_file(namespace: str = "") -> Path:
         NoHomeError: if the user has no home.
     """
     return file_of_machine("program_progress", namespace).with_suffix(".yaml")
+
+
+def _write(file: Path, content: Mapping[str, Any]) -> None:
+    """Write what is kept to a ``file``, whose folder is made if there is none."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_file(file, yaml.safe_dump(dict(content), sort_keys=False))
 
 
 def load_kept(file: Path) -> KeptLine:
@@ -187,8 +192,7 @@ def write_zeros(file: Path, zeros: Mapping[str, Vector3]) -> None:
         OSError: if it cannot be written; what was there before still is.
     """
     offsets = ProgramSettings(offsets=zeros).offsets
-    file.parent.mkdir(parents=True, exist_ok=True)
-    write_file(file, yaml.safe_dump({name: list(place) for name, place in offsets.items()}))
+    _write(file, {name: list(place) for name, place in offsets.items()})
 
 
 def with_kept_zeros(settings: ProgramSettings, file: Path) -> ProgramSettings:
@@ -209,3 +213,34 @@ def touched_off(zero: Vector3 | None, place: Vector3, axes: Iterable[int], value
     for axis in axes:
         moved[axis] = place[axis] - value
     return three(moved)
+
+
+# Own buttons: short programs of the operator, by their names.
+
+
+def buttons_file(zeros: Path) -> Path:
+    """Return where own buttons are kept: beside the work ``zeros`` of their machine."""
+    return zeros.with_suffix(".buttons.yaml")
+
+
+def load_buttons(file: Path) -> dict[str, str]:
+    """Return the programs in a ``file`` by their names; none without it.
+
+    Raises:
+        KeptError: if it cannot be read, or something in it has no meaning.
+    """
+    buttons = load_yaml(file, KeptError) if file.exists() else {}
+    if not isinstance(buttons, dict) or not all(
+        isinstance(each, str) for each in (*buttons, *buttons.values())
+    ):
+        raise KeptError(file, "", "must have a text for each name")
+    return buttons
+
+
+def write_buttons(file: Path, buttons: Mapping[str, str]) -> None:
+    """Keep programs by their names in a ``file``, whose folder is made if there is none.
+
+    Raises:
+        OSError: if it cannot be written; what was there before still is.
+    """
+    _write(file, buttons)

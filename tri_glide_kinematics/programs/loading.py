@@ -1,4 +1,4 @@
-"""Files by the ends of their names: G-code, points, or steps in YAML; and a line that is typed."""
+"""Files by the ends of their names: G-code, points, steps in YAML; and texts that are no files."""
 
 from __future__ import annotations
 
@@ -60,26 +60,29 @@ def load_work(
     return load_program(file, settings, unit) if is_program(file) else load_drive(file)
 
 
-# Of a line that is typed: no more characters, and no more segments, so that it is soon proved.
-LONGEST_LINE = 200
-MOST_OF_A_LINE = 1000
-TYPED = "typed"
+# Of a program that stands in no file: no more characters, and no more segments, so that it is soon
+# proved.
+LONGEST_TEXT = 2000
+MOST_SEGMENTS = 1000
 
 
-def read_line(line: str, settings: ProgramSettings, place: Vector3) -> Program:
-    """Return what a ``line`` means as a program of its own, from a ``place`` [m] on.
+def read_short(
+    text: str, settings: ProgramSettings, place: Vector3, name: str = "typed"
+) -> Program:
+    """Return what a ``text`` means as a program of its own, from a ``place`` [m] on.
 
-    All begins as in a program: millimetres, G90, G54, no F but that of the settings.
+    All begins as in a file: millimetres, G90, G54, no F but that of the settings. Errors call it by
+    its ``name``.
 
     Raises:
-        ProgramError: if it is not understood, does nothing, or is more than one short line.
+        ProgramError: if it is not understood, does nothing, or is not short.
     """
-    if len(line) > LONGEST_LINE or len(line.splitlines()) > 1:
-        reason = f"it must be one line of at most {LONGEST_LINE} characters"
-        raise ProgramError(TYPED, 0, 0, "", reason)
-    program = read_program(f"{line}\n", replace(settings, start=place), TYPED)
+    if len(text) > LONGEST_TEXT:
+        reason = f"it has {len(text)} characters, at most {LONGEST_TEXT}: make a file of it"
+        raise ProgramError(name, 0, 0, "", reason)
+    program = read_program(f"{text}\n", replace(settings, start=place), name)
     count = sum(len(run.lines) for step in program.steps for run in step.runs)
-    if count > MOST_OF_A_LINE:
-        reason = f"it has {count} segments, at most {MOST_OF_A_LINE}: make a file of it"
-        raise ProgramError(TYPED, 1, 0, "", reason)
+    if count > MOST_SEGMENTS:
+        reason = f"it has {count} segments, at most {MOST_SEGMENTS}: make a file of it"
+        raise ProgramError(name, 1, 0, "", reason)
     return program

@@ -36,6 +36,8 @@ INPUT_PART = 0.25
 ROOM = 0.005
 # Background work ends this long before the next cycle [s]: a sleep may end that much too late.
 WORK_MARGIN = 0.0002
+# How long what is not urgent waits at most, beside the callbacks that are due [s].
+LONGEST_WAIT = 0.02
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,7 @@ class Cycle:
             may: what moves has to come to rest before.
         end: is done once, after the last cycle, unless nothing can be sent any more.
         own: what ``step`` takes by itself, and nobody else; the node may change it at any time.
+        patience: returns how long all else waits at most, beside the callbacks that are due [s].
     """
 
     urgent: tuple[Input, ...]
@@ -64,6 +67,7 @@ class Cycle:
     may_end: Callable[[], bool] = lambda: True
     end: Callable[[], None] = lambda: None
     own: Collection[Input] = ()
+    patience: Callable[[], float] = lambda: LONGEST_WAIT
 
 
 class CycleLoop:
@@ -92,7 +96,7 @@ class CycleLoop:
         self._inputs = UrgentInputs(cycle.urgent, survive)
         self._early = UrgentInputs(cycle.early, survive)
         self._arrivals = Arrivals(cycle.urgent if cycle.period is None else cycle.early)
-        self._others = OtherTurns(node, cycle.urgent, cycle.own)
+        self._others = OtherTurns(node, cycle.urgent, cycle.own, cycle.patience)
         self._next = monotonic()
 
     def spin(self) -> None:
@@ -397,13 +401,10 @@ class ReadyLook:
         )
 
 
-# How long what is not urgent waits at most, beside the callbacks that are due [s].
-LONGEST_WAIT = 0.02
-
-# A client that asked for something often asks again: for the first time [s] after it, looks are the
-# second time [s] apart.
+# A client that asked for something often asks again: for so long after it [s], looks are this part
+# of the usual time apart.
 ATTENTION = 0.01
-SHORT_WAIT = 0.002
+SHORT_PART = 0.1
 
 
 class OtherTurns(SingleThreadedExecutor):
@@ -415,9 +416,19 @@ class OtherTurns(SingleThreadedExecutor):
         due: time.monotonic() of the next turn [s].
     """
 
-    def __init__(self, node: Node, urgent: Iterable[Any] = (), own: Collection[Any] = ()) -> None:
-        """Look at all of ``node`` but what is ``urgent``, and what it takes on its ``own``."""
+    def __init__(
+        self,
+        node: Node,
+        urgent: Iterable[Any] = (),
+        own: Collection[Any] = (),
+        patience: Callable[[], float] = lambda: LONGEST_WAIT,
+    ) -> None:
+        """Look at all of ``node`` but what is ``urgent``, and what it takes on its ``own``.
+
+        Anything waits for what ``patience`` returns at most [s], beside the callbacks that are due.
+        """
         self.due = 0.0
+        self._patience = patience
         self._node = node
         self._urgent = frozenset(urgent)
         self._own = own
@@ -472,7 +483,7 @@ class OtherTurns(SingleThreadedExecutor):
         if ready is not None and not isinstance(ready[1], Timer):
             self._attentive_until = now + ATTENTION
         is_short = self._has_more or now < self._attentive_until
-        self.due = now + (SHORT_WAIT if is_short else LONGEST_WAIT)
+        self.due = now + self._patience() * (SHORT_PART if is_short else 1.0)
         if ready is not None:
             handler, _ = ready
             handler()

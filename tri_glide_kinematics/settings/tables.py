@@ -282,6 +282,9 @@ LIMITS = (
     live("path_speed_scale", 1.0,
         "factor of the platform speeds that paths ask for (speed override); limits do not change",
         "", 0.01, 2.0, told=True),
+    live("rapid_scale", 1.0,
+        "rapid override: largest platform speed where paths ask for none, as a part of the largest "
+        "velocity limit; 1: no such bound", "", 0.01, 1.0, told=True),
 )
 PLATFORM_SPEED = live("platform_speed_limit", 0.0,
     "largest speed of the platform in all motion; 0 for none", "m/s", 0.0, 100.0)

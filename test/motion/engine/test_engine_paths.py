@@ -308,6 +308,31 @@ def test_a_speed_override_is_in_force_soon_and_the_platform_never_stops(in_piece
     assert moving.kept_limits
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("in_pieces", "shaper"), combined((False, True), (None, SHAPER)))
+def test_a_rapid_override_bounds_what_asks_for_no_speed_in_mid_path_and_nothing_else(
+    in_pieces, shaper
+):
+    scale, asked = 0.05, 0.08
+    path = PlatformPath.start(START)
+    for number in range(6):
+        path = path.line_to(beside(0.05 * (-1) ** number, 0.005 * number), tolerance=1e-3)
+    moving = engine(in_pieces=in_pieces)
+    moving.set_shaper(shaper)
+    moving.follow(path.line_to(beside(0.0, -SIDE), speed=asked))
+    assert speeds(run(moving, 0.4)).max() > 5.0 * scale
+    moving.set_limits(moving.limits, rapid_scale=scale)
+    run(moving, 0.2)
+    slow = speeds(run(moving, 0.3))
+    assert slow.max() == pytest.approx(scale, rel=0.01)
+    assert moving.scales == (1.0, 1.0, scale) and not moving.limits_pending
+    first = len(moving.states)
+    run_to_rest(moving)
+    # The line at the end asks for more than rapids may have.
+    assert speeds(moving.heights_since(first)).max() == pytest.approx(asked, rel=0.01)
+    assert moving.kept_limits
+
+
 def test_a_speed_override_is_no_factor_of_a_limit():
     limits, counts = SliderLimits.uniform(0.05, 10.0, 200.0), []
     for scale in (2.0, 0.5):

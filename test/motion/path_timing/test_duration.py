@@ -88,7 +88,7 @@ def test_it_is_the_duration_of_the_motion_that_is_planned(name):
     path, sparing, near = PATHS[name]
     heights = seen(path)
     motion, whole = counted(PLANNER.to_the_end(heights, Planned(LIMITS)))
-    told, some = counted(PLANNER.duration(heights, LIMITS))
+    (_, (*_, told)), some = counted(PLANNER.timed(heights, LIMITS))
     assert told == pytest.approx(motion.duration, rel=near)
     assert whole >= sparing * some
 
@@ -106,7 +106,7 @@ def counted(computation):
 
 def test_what_is_planned_does_not_grow_with_the_path():
     """Neither with its length nor with its stops."""
-    few, some = counted(PLANNER.duration(seen(layers(5)), LIMITS))
-    many, same = counted(PLANNER.duration(seen(layers(15)), LIMITS))
+    (_, (*_, few)), some = counted(PLANNER.timed(seen(layers(5)), LIMITS))
+    (_, (*_, many)), same = counted(PLANNER.timed(seen(layers(15)), LIMITS))
     assert same <= 1.5 * some
     assert many == pytest.approx(3.0 * few, rel=0.02)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import inf
 
 import numpy as np
 
@@ -30,6 +31,8 @@ class DriveLimits:
         speed_scale: in (0, 1].
         path_speed_scale: factor of the platform speeds that paths ask for, in (0, 2]; it is no
             factor of any limit.
+        rapid_scale: in (0, 1]; where a path asks for no speed, the platform has no more than this
+            part of the largest velocity limit. 1 is for no such bound.
         shaper: of the platform's motion; None for none.
         planned: what plans keep so that what the shaper makes of them keeps the limits; None where
             that is the same.
@@ -38,8 +41,9 @@ class DriveLimits:
     sliders: SliderLimits
     speed_scale: float
     path_speed_scale: float = 1.0
-    shaper: Shaper | None = None
-    planned: Planned | None = field(default=None, compare=False)
+    rapid_scale: float = 1.0
+    shaper: Shaper | None = field(default=None, kw_only=True)
+    planned: Planned | None = field(default=None, compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
         """Check the scales.
@@ -48,12 +52,21 @@ class DriveLimits:
             NotFiniteError: if one is NaN or infinite.
             OutOfBoundsError: if one is not in its interval.
         """
-        largest = {"speed_scale": 1.0, "path_speed_scale": LARGEST_PATH_SPEED_SCALE}
+        largest = {
+            "speed_scale": 1.0,
+            "path_speed_scale": LARGEST_PATH_SPEED_SCALE,
+            "rapid_scale": 1.0,
+        }
         for name, bound in largest.items():
             scale = positive(name, getattr(self, name))
             if scale > bound:
                 raise OutOfBoundsError(name, scale, f"at most {bound:g}")
             object.__setattr__(self, name, scale)
+
+    @property
+    def scales(self) -> tuple[float, float, float]:
+        """All that can be set beside the limits: of speed, of path speed, and of rapids."""
+        return self.speed_scale, self.path_speed_scale, self.rapid_scale
 
     @cached_property
     def scaled(self) -> SliderLimits:
@@ -69,6 +82,11 @@ class DriveLimits:
     def of_path_speeds(self) -> float:
         """Factor of the platform speeds that paths ask for."""
         return self.speed_scale * self.path_speed_scale
+
+    @cached_property
+    def rapid(self) -> float:
+        """Largest speed of the platform where a path asks for none [m/s]."""
+        return inf if self.rapid_scale == 1.0 else self.rapid_scale * max(self.scaled.velocity)
 
     @cached_property
     def cut(self) -> float:

@@ -67,6 +67,7 @@ class MotionEngine:
         kind: MotionKind = MotionKind.SLIDER,
         speed_scale: float = 1.0,
         path_speed_scale: float = 1.0,
+        rapid_scale: float = 1.0,
         in_pieces: bool = False,
     ) -> None:
         """Prepare the engine; ``start`` begins.
@@ -79,6 +80,8 @@ class MotionEngine:
                 Accelerations and jerks are not scaled, so that a stop is never slower.
             path_speed_scale: factor of the platform speeds that paths ask for, in (0, 2]; limits do
                 not change.
+            rapid_scale: in (0, 1]; where paths ask for no speed, the platform has no more than this
+                part of the largest velocity limit; 1 is for no such bound.
             in_pieces: whether plans are made by ``work``, and not within a command.
 
         Raises:
@@ -87,7 +90,7 @@ class MotionEngine:
             OutOfBoundsError: if it is not in its interval.
         """
         member("kind", kind, MotionKind)
-        drive_limits = DriveLimits(limits, speed_scale, path_speed_scale)
+        drive_limits = DriveLimits(limits, speed_scale, path_speed_scale, rapid_scale)
         self._holder = PlanHolder(workspace.machine, drive_limits)
         self._execution = PlanExecution(self._holder, workspace, kind, in_pieces)
         self._workspace = workspace
@@ -287,6 +290,7 @@ class MotionEngine:
         limits: SliderLimits,
         speed_scale: float | None = None,
         path_speed_scale: float | None = None,
+        rapid_scale: float | None = None,
     ) -> None:
         """Change the limits of the sliders, and the scales with them that are given.
 
@@ -297,6 +301,7 @@ class MotionEngine:
             limits: already checked as a set by their class.
             speed_scale: in (0, 1]; None leaves it as it is.
             path_speed_scale: in (0, 2]; None leaves it as it is.
+            rapid_scale: in (0, 1]; None leaves it as it is.
 
         Raises:
             NotFiniteError: if a scale is NaN or infinite.
@@ -304,13 +309,11 @@ class MotionEngine:
             CannotHoldError: if the platform rests where new force limits cannot hold the weight.
         """
         newest = self._holder.newest_limits
-        if speed_scale is None:
-            speed_scale = newest.speed_scale
-        if path_speed_scale is None:
-            path_speed_scale = newest.path_speed_scale
+        given = zip((speed_scale, path_speed_scale, rapid_scale), newest.scales)
+        scales = tuple(last if scale is None else scale for scale, last in given)
         if self.started and self.phase is MotionPhase.IDLE:
             limits.check_holding(np.array((self.platform[0],)))
-        self.carry_out(NewLimits(DriveLimits(limits, speed_scale, path_speed_scale)))
+        self.carry_out(NewLimits(DriveLimits(limits, *scales)))
 
     def set_speed_scale(self, speed_scale: float) -> None:
         """Change the scale of the velocities, as ``set_limits`` changes limits.
@@ -391,6 +394,11 @@ class MotionEngine:
     def path_speed_scale(self) -> float:
         """Factor in force of the platform speeds that paths ask for."""
         return self._holder.limits.path_speed_scale
+
+    @property
+    def scales(self) -> tuple[float, float, float]:
+        """Scales in force of speed, of path speed, and of rapids."""
+        return self._holder.limits.scales
 
     @property
     def limits_pending(self) -> bool:

@@ -189,10 +189,8 @@ class PathReplanning:
     def _with_speeds(
         self, heights: PathHeights, place: float, limits: DriveLimits
     ) -> Interruptible[PathHeights]:
-        scale, shaper, cut = limits.of_path_speeds, limits.shaper, limits.cut
-        return (
-            yield from self.parts.with_speeds(heights, place, scale, limits.effective, shaper, cut)
-        )
+        bounds = limits.of_path_speeds, limits.effective, limits.shaper, limits.cut, limits.rapid
+        return (yield from self.parts.with_speeds(heights, place, *bounds))
 
     def braked(self, held: HeldMotion, plan: PathPlan, time: float) -> Interruptible[HeldMotion]:
         """Return ``held`` with a plan that comes to rest soon on the path of its ``plan``."""

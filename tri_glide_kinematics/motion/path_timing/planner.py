@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import chain
 from math import inf
 from typing import NamedTuple
 
@@ -235,6 +236,7 @@ class PathPlanner:
         limits: SliderLimits,
         shaper: Shaper | None,
         cut: float = 1.0,
+        rapid: float = inf,
     ) -> Interruptible[PathHeights]:
         """Return a path with the speeds that hold for what is planned next.
 
@@ -245,9 +247,10 @@ class PathPlanner:
             limits: which may bound the speed of the platform, too.
             shaper: cuts bends the less the slower they are driven; None without one.
             cut: the part that it may cut them by, of what the tolerances leave.
+            rapid: largest speed of the platform where the path asks for none [m/s].
         """
         if shaper is None:
-            return heights.at_speeds(scale, None, limits.platform_speed)
+            return heights.at_speeds(scale, None, limits.platform_speed, rapid)
         driven = heights.driven
         behind = place - FARTHEST_BACK * shaper.duration
         stop = int(np.searchsorted(driven.stops, place, "right"))
@@ -256,7 +259,7 @@ class PathPlanner:
         first, here, end = (ends - 1).tolist()
         spans = slice(max(first, here - MOST_BACK), max(min(end, here + MOST_PIECES), here + 1))
         steps = yield from Bends(driven, spans).speeds(shaper, scale, cut)
-        return heights.at_speeds(scale, steps, limits.platform_speed)
+        return heights.at_speeds(scale, steps, limits.platform_speed, rapid)
 
     def extended(
         self, heights: PathHeights, path: PlatformPath, place: float
@@ -300,8 +303,11 @@ class PathPlanner:
             PathTimingError: if none is found.
         """
         start, held = plan.on_curve(time), plan.scaling.since(time)
-        is_slower = heights.speed_scale < plan.heights.speed_scale or plan.heights.slowing
-        for curve in _slowing(heights, start, limits) if is_slower else (heights,):
+        is_slower = heights.is_slower(plan.heights) or plan.heights.slowing
+        # Where the limits leave nothing to slow down with, it goes on as it was, and tries again.
+        as_it_was = heights.with_speeds_of(plan.heights)
+        slowing = chain(_slowing(heights, start, limits), (as_it_was,))
+        for curve in slowing if is_slower else (heights,):
             try:
                 # The held motion stays as fast, and so is no guess for one that slows down.
                 guess = held if curve.slowing is None else None
@@ -339,11 +345,14 @@ class PathPlanner:
             parts.append(part)
         return *parts, plan
 
-    def duration(self, heights: PathHeights, limits: SliderLimits) -> Interruptible[float]:
-        """Return how long the motion ``to_the_end`` takes, within a hundredth [s].
+    def timed(self, heights: PathHeights, limits: SliderLimits) -> Interruptible[FloatArray]:
+        """Return when the motion ``to_the_end`` is where, its duration within a hundredth.
 
         A long path is not planned as a whole: it is estimated (``speed_estimate.py``), and the
         estimate is corrected by what samples of it take as planned.
+
+        Returns:
+            Ascending places [m] and times [s]. Shape (2, n).
 
         Raises:
             PathTimingError: if no motion is found.
@@ -355,12 +364,11 @@ class PathPlanner:
             window = min(plan.continue_at, plan.duration)
             ahead = yield from _MotionAhead.estimated(heights, limits)
             if ahead.times[-1] > _MOST_WINDOWS * window:
-                return (yield from ahead.duration(window))
-        total = 0.0
-        while not plan.ends_path:
-            part, plan = yield from self._part_and_next(plan, Planned(limits), None)
-            total += part.duration
-        return total + plan.duration
+                ratio = (yield from ahead.duration(window)) / ahead.times[-1]
+                return np.array((ahead.places, ratio * ahead.times))
+        parts = yield from self._going_on_to_the_end(plan, Planned(limits))
+        whole = TimeScaling.joined([part.scaling for part in parts])
+        return np.array((whole.ways, whole.times))
 
     def _part_and_next(
         self, plan: PathPlan, planned: Planned, shaper: Shaper | None

@@ -106,6 +106,8 @@ def estimated(
     velocity, acceleration, _ = limits.table[..., np.newaxis]
     with np.errstate(divide="ignore"):
         asked = heights.speed_limits(places) / rates
+        # What is asked for behind the place of rest bounds nothing before it.
+        asked[-1] = asked[-2]
         steady = np.minimum((velocity / np.abs(first)).min(axis=0), asked)
         steady = np.minimum(steady, np.sqrt((acceleration / np.abs(second)).min(axis=0)))
         along = (acceleration / np.abs(first)).min(axis=0)

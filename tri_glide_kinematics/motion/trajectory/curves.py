@@ -342,6 +342,7 @@ class PathHeights:
         driven: where the platform moves.
         geometry: of the machine.
         speed_scale: factor of the platform speeds that the path asks for.
+        rapid: largest speed of the platform where the path asks for none [m/s].
         arms: as ``slider_state`` takes them.
         steps: speeds that a shaper needs besides; None without one.
         slowing: of a motion that is faster where it begins; None without.
@@ -354,6 +355,7 @@ class PathHeights:
     steps: SpeedSteps | None = None
     slowing: Slowing | None = None
     fastest: float = inf
+    rapid: float = inf
 
     def __post_init__(self) -> None:
         """Look at the path from the sliders of a machine."""
@@ -362,13 +364,21 @@ class PathHeights:
         self.arms = arms_of(self.geometry)
 
     def at_speeds(
-        self, speed_scale: float, steps: SpeedSteps | None = None, fastest: float = inf
+        self,
+        speed_scale: float,
+        steps: SpeedSteps | None = None,
+        fastest: float = inf,
+        rapid: float = inf,
     ) -> PathHeights:
-        """Return the same with another scale of the speeds, other ``steps``, and a ``fastest``."""
-        same = speed_scale == self.speed_scale and fastest == self.fastest
+        """Return the same with other speeds."""
+        same = (speed_scale, fastest, rapid) == (self.speed_scale, self.fastest, self.rapid)
         if same and steps is self.steps and self.slowing is None:
             return self
-        return PathHeights(self.driven, self.geometry, speed_scale, steps, fastest=fastest)
+        return PathHeights(self.driven, self.geometry, speed_scale, steps, None, fastest, rapid)
+
+    def is_slower(self, other: PathHeights) -> bool:
+        """Return whether the path asks for less speed than with the speeds of the ``other``."""
+        return self.speed_scale < other.speed_scale or self.rapid < other.rapid
 
     def with_speeds_of(self, other: PathHeights) -> PathHeights:
         """Return the same with the speeds that hold for an ``other`` one."""
@@ -386,6 +396,7 @@ class PathHeights:
     def speed_limits(self, ways: FloatArray) -> FloatArray:
         """Return the largest speeds of the platform at ``ways``. Shape (n,) [m/s]."""
         speeds = self.speed_scale * self.driven.speed_limits(ways)
+        speeds[np.isinf(speeds)] = self.rapid
         still: FloatArray | float = 0.0
         if self.slowing is not None:
             until, speed, afterwards = self.slowing

@@ -1,4 +1,4 @@
-"""What is done by hand beside jogs: the work zero, a line that is typed, and outputs."""
+"""What is done by hand beside jogs: lines that are typed, own buttons, work zero, and outputs."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from html import escape
 from time import monotonic
 from typing import Any
@@ -15,27 +16,35 @@ import viser
 
 from tri_glide_kinematics.control import IDLE, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.keys import load_text
 from tri_glide_kinematics.panel import machine as parts
 from tri_glide_kinematics.panel.program_reading import mark_of
 from tri_glide_kinematics.panel.tabs.program_tab import ProgramTab
 from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.programs import (
+    LONGEST_TEXT,
     WORK_OFFSETS,
+    KeptError,
     Output,
     Program,
     ProgramRun,
     ProgramSettings,
     RunState,
+    buttons_file,
     check_program,
+    load_buttons,
     load_zeros,
-    read_line,
+    read_short,
     touched_off,
+    write_buttons,
     write_zeros,
 )
 from tri_glide_kinematics.vectors import Vector3, minus
 
 MOST_LINES = 30  # in the history
 MOST_OUTPUTS = 12  # that are shown
+MOST_BUTTONS = 24
+LONGEST_NAME = 24  # characters, of a button
 SAME_PLACE = 1e-7  # m, and of a speed at rest m/s
 
 # Those of M3, M7 and M8 have a switch before anything is told of them.
@@ -52,7 +61,7 @@ FIELD = (
 
 
 class ManualControls:
-    """Work zero, a line that is typed, and outputs, in folders of their own."""
+    """Lines that are typed, own buttons, work zero, and outputs, in folders of their own."""
 
     def __init__(
         self,
@@ -77,17 +86,29 @@ class ManualControls:
         # Work offsets in force, and the marks of the files that say so.
         self._zeros: dict[str, Vector3] = {}
         self._marks: object = None
-        # The newest line comes first. It is proved from a place [m] on, and then driven.
+        # The newest line comes first.
         self._lines: deque[str] = deque(maxlen=MOST_LINES)
+        # A line or a button is proved from a place [m] on, and then driven.
+        self._what = ""
         self._from: Vector3 | None = None
         self._proof: Future[Program] | None = None
         self._run: ProgramRun | None = None
         # Stop, and all else of the page, goes on while a line is proved.
         self._prover = ThreadPoolExecutor(1)
         self._boxes: dict[tuple[str, int], Any] = {}
+        # Programs of own buttons by their names, and what is seen of them.
+        self._buttons_file = buttons_file(programs.files[1])
+        self._buttons: dict[str, tuple[str, Any]] = {}
         programs.is_taken = lambda: self._is_busy
         go_on = requests.link.on_resume
         requests.link.on_resume = lambda: self._goes_on() or go_on()
+        # Above what changes its height: a button must not move under the finger.
+        is_used = self._buttons_file.exists()
+        self._own = gui.add_folder("Own buttons", expand_by_default=is_used)
+        with self._own:
+            self._own_name = parts.OperatorsInput(requests, gui.add_text("Button", ""))
+            change = gui.add_button_group("Own", ("newest line", "chosen file", "remove"))
+            change.on_click(requests.on(self._change_buttons))
         with gui.add_folder("Line"):
             self._typed: Any = gui.add_text("line", "", visible=False)
             self._typed.on_update(self._take_line)
@@ -122,7 +143,7 @@ class ManualControls:
             self._run.look(monotonic())
             failed = [each.text for each in self._run.reports if each.text and not each.is_good]
             if not self._is_busy and failed:
-                self._requests.refuse(f"{self._lines[0]}: {failed[0]}")
+                self._requests.refuse(f"{self._what}: {failed[0]}")
 
     def stop(self) -> None:
         """End the line, if there is one: the machine was told to stop."""
@@ -145,7 +166,7 @@ class ManualControls:
         zero = parts.position_text(self._zeros.get(self._name.value, (0.0, 0.0, 0.0)))
         for html, content in (
             (self._history, f'<span hidden data-lines="{lines}"></span>'),
-            (self._told, parts.note(f"{self._lines[0]}: {words}") if words else ""),
+            (self._told, parts.note(f"{self._what}: {words}") if words else ""),
             (self._zero_text, parts.note(f"its zero: {zero}")),
             (self._values, parts.table((_name(key), f"{told[key][1]:g}") for key in told)),
         ):
@@ -171,10 +192,11 @@ class ManualControls:
     # Work zero
 
     def _look_at_files(self) -> None:
-        marks = tuple(map(mark_of, self._programs.files))
+        marks = tuple(map(mark_of, (*self._programs.files, self._buttons_file)))
         if marks != self._marks:
             self._marks, self._zeros = marks, {}
             self._zeros = dict(self._programs.settings().offsets)
+            self._show_buttons(load_buttons(self._buttons_file))
 
     def _set_zero(self, what: str) -> None:
         """Set some axes of the chosen work zero by the present place, or take it away."""
@@ -192,7 +214,7 @@ class ManualControls:
         except OSError as error:
             raise KinematicsError(f"nothing set: {file}: {error.strerror or error}") from error
 
-    # A line
+    # A line, and buttons
 
     @property
     def _is_busy(self) -> bool:
@@ -208,19 +230,60 @@ class ManualControls:
             if self._requests.may(event.client_id):
                 self._requests.wish(lambda: self._prove(text))
 
-    def _prove(self, text: str) -> None:
-        """Begin to read and prove a line; it is driven when that is done."""
+    def _prove(self, text: str, name: str = "") -> None:
+        """Begin to read and prove a line, or a button by its name; it is driven when that is done.
+
+        Raises:
+            KinematicsError: if it cannot be driven now.
+        """
         if self._is_busy:
             raise KinematicsError("nothing driven: another line is not done yet")
-        if text in self._lines:
-            self._lines.remove(text)
-        self._lines.appendleft(text)
+        if not name:
+            if text in self._lines:
+                self._lines.remove(text)
+            self._lines.appendleft(text)
+        self._what = name or text
         self._run, self._from = None, self._place()
         self._check_ready()
         assert self._facts is not None and self._from is not None
         self._proof = self._prover.submit(
-            _proved, text, self._programs.settings(), self._from, self._facts
+            _proved, text, name or "typed", self._programs.settings(), self._from, self._facts
         )
+
+    def _change_buttons(self, what: str) -> None:
+        """Make a button with the name in the field, or remove it."""
+        name, buttons = self._own_name.value.strip(), load_buttons(self._buttons_file)
+        if what == "remove":
+            if buttons.pop(name, None) is None:
+                raise KinematicsError(f"nothing removed: no button has the name {name!a}")
+        elif not name.isprintable() or not 0 < len(name) <= LONGEST_NAME:
+            raise KinematicsError(f"nothing made: a name has 1 to {LONGEST_NAME} characters")
+        elif name in buttons or len(buttons) == MOST_BUTTONS:
+            reason = f"there is a button {name}" if name in buttons else f"there are {MOST_BUTTONS}"
+            raise KinematicsError(f"nothing made: {reason} already; remove one first")
+        elif what == "chosen file":
+            buttons[name] = load_text(self._programs.chosen_path, KeptError, LONGEST_TEXT)
+        elif self._lines:
+            buttons[name] = self._lines[0]
+        else:
+            raise KinematicsError("nothing made: type a line first")
+        with KeptError.of_writing(self._buttons_file):
+            write_buttons(self._buttons_file, buttons)
+
+    def _show_buttons(self, programs: dict[str, str]) -> None:
+        """Show a button for each of the ``programs``, by their names."""
+        for name, (text, button) in tuple(self._buttons.items()):
+            if programs.get(name) != text:
+                button.remove()
+                del self._buttons[name]
+        for name in (each for each in programs if each not in self._buttons):
+            with self._own:
+                button = self._gui.add_button(name)
+            button.on_click(self._requests.on(partial(self._press, name, programs[name])))
+            self._buttons[name] = programs[name], button
+
+    def _press(self, name: str, text: str, _: object) -> None:
+        self._prove(text, name)
 
     def _check_ready(self) -> None:
         """Check that the line that is proved can be driven now.
@@ -276,9 +339,9 @@ class ManualControls:
 
 
 def _proved(
-    text: str, settings: ProgramSettings, place: Vector3, facts: parts.MachineFacts
+    text: str, name: str, settings: ProgramSettings, place: Vector3, facts: parts.MachineFacts
 ) -> Program:
-    program = read_line(text, settings, place)
+    program = read_short(text, settings, place, name)
     check_program(program, facts.workspace, *facts.bounds)
     return program
 

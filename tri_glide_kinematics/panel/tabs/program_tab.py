@@ -9,6 +9,7 @@ from functools import partial
 from html import escape
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
 import numpy as np
 import viser
@@ -64,6 +65,8 @@ LIST_PERIOD = 1.0  # s between two looks into the folder
 SHOW_PERIOD = 0.2  # s between two texts of the present line
 ASKED = 5.0  # s within which one more press removes a file
 LISTED = 15  # lines
+# Sliders: label, largest value in per cent, and the parameter of ik_node.
+SCALES = (("Override", 200, "path_speed_scale"), ("Rapids", 100, "rapid_scale"))
 
 # Colours of the path, and of the line that runs: red, green and blue from 0 to 255.
 COLORS: dict[int, RGB] = {CUT: (0, 30, 130), RAPID: (110, 110, 110), OUTSIDE: (220, 0, 0)}
@@ -114,6 +117,7 @@ class ProgramTab:
     Attributes:
         link: by which programs run.
         files: the settings of programs, and the work zeros that are kept.
+        left: how long the program that runs still takes, for the strip; empty if unknown.
         is_taken: returns whether a typed line has the machine, beside which no program begins.
     """
 
@@ -148,6 +152,7 @@ class ProgramTab:
         self._kept = kept
         self._chosen = ChosenProgram(self._folder, settings_file, zeros_file, present)
         self.link, self.files = link, (settings_file, zeros_file)
+        self.left = ""
         self.is_taken: Callable[[], bool] = lambda: False
         self._facts: MachineFacts | None = None
         self._run: ProgramRun | None = None
@@ -185,10 +190,10 @@ class ProgramTab:
 
         buttons = gui.add_button_group("Motion", ("pause", "go on", "stop"))
         buttons.on_click(press_motion)
-        slider = gui.add_slider("Override [%]", min=1, max=200, step=1, initial_value=100)
-        name = "path_speed_scale"
-        scale = NewestWish(requests.link, "override", name, self._show_override)
-        self._override = OperatorsInput(requests, slider, lambda percent: scale.set(0.01 * percent))
+        self._override, self._rapids = (
+            self._scale(gui.add_slider(f"{label} [%]", 1, most, 1, 100), label.lower(), name)
+            for label, most, name in SCALES
+        )
         with gui.add_folder("File and lines", expand_by_default=False):
             self._name = OperatorsInput(requests, gui.add_text("Name", ""))
             files = gui.add_button_group("This file", ("rename", "download", "delete"))
@@ -227,10 +232,16 @@ class ProgramTab:
             if not self.is_running:
                 self._end_run(self._run)
 
+    def _scale(self, slider: Any, what: str, name: str) -> OperatorsInput:
+        """Return a ``slider`` that sets the parameter ``name``; a refusal calls it ``what``."""
+        scale = NewestWish(self._requests.link, what, name, self._show_override)
+        return OperatorsInput(self._requests, slider, lambda percent: scale.set(0.01 * percent))
+
     def _show_override(self) -> None:
         """Show what the machine has."""
         if self._facts is not None:
-            self._override.set(max(1, round(100.0 * self._facts.values["path_speed_scale"])))
+            for shown, (_, _, name) in zip((self._override, self._rapids), SCALES):
+                shown.set(max(1, round(100.0 * self._facts.values[name])))
 
     def show(self) -> None:
         """Show on the pages what there is."""
@@ -366,6 +377,15 @@ class ProgramTab:
     # Runs
 
     @property
+    def chosen_path(self) -> Path:
+        """Where the file is that is chosen.
+
+        Raises:
+            KinematicsError: if there is none.
+        """
+        return self._chosen.path
+
+    @property
     def is_running(self) -> bool:
         """Whether a program runs."""
         return self._run is not None and self._run.state is not RunState.ENDED
@@ -415,6 +435,7 @@ class ProgramTab:
             self._requests.refuse(f"nothing begun: {reason}")
             return
         self._way = math.nan
+        self._chosen.begin_run()
         try:
             self._run = ProgramRun(
                 self.link,
@@ -469,6 +490,7 @@ class ProgramTab:
 
     def _show_progress(self) -> None:
         run, chosen = self._run, self._chosen
+        self.left = ""
         if not self.is_running and (told := self._told_of_other()):
             self._progress.content = told
             self._mark(0)
@@ -489,13 +511,10 @@ class ProgramTab:
             if machine.target_kind == MachineState.TARGET_PATH:
                 self._way = machine.way_remaining
             way = self._way
-        left = chosen.time_left(line, way)
-        if left is not None and chosen.check is not None and chosen.check.duration:
-            part = 1.0 - left / chosen.check.duration
-        if left is not None and self.is_running:
-            # The check knows no override.
-            at_whole = "" if self._override.value == 100 else " at 100 %"
-            parts.append(f"{clock_text(left)} left{at_whole}")
+        if (whole := chosen.left(1)) > 0.0:
+            part = 1.0 - chosen.left(line, way) / whole
+        if self.is_running and (left := chosen.left(line, way, is_run=True)) >= 0.0:
+            self.left = f"{clock_text(left)} left of {chosen.name}"
         if run.state is RunState.WAITING:
             parts.append(f"waits: {run.doing}")
         self._progress.content = progress(part, "; ".join(parts)) + code(chosen.text_of(line))
