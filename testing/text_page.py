@@ -146,9 +146,12 @@ class TextPage:
         shown = (each for each in self._shown() if each["props"].get("label") == label)
         return next((each["value"] for each in shown), None)
 
+    def _labelled(self, label: str) -> dict[str, Any]:
+        return next(each for each in self._shown() if each["props"].get("label") == label)
+
     def set(self, label: str, value: object) -> None:
         """Put a ``value`` into the field with a ``label``."""
-        control = next(each for each in self._shown() if each["props"].get("label") == label)
+        control = self._labelled(label)
         control["value"] = value
         self._press(control["uuid"], value)
 
