@@ -22,6 +22,7 @@ FIGURES = (
     "start",
     "transport",
     "can",
+    "drives",
 )
 TABLES = (
     "tracking",

@@ -150,7 +150,7 @@ def _watch(
     used: Times = ([], [])
     for window in range(-1, WINDOWS):  # the first is for warming up
         for side, pid in enumerate(pids):
-            _pin(pid, (window + side) % 2)
+            pin(pid, (window + side) % 2)
         begin, before = time.monotonic_ns(), [processor_time(pid) for pid in pids]
         while time.monotonic_ns() - begin < 1e9 * WINDOW_TIME:
             act()
@@ -163,7 +163,7 @@ def _watch(
     return windows, used
 
 
-def _pin(pid: int, place: int) -> None:
+def pin(pid: int, place: int) -> None:
     """Keep all threads of a process on one core: with two processes, each has its own."""
     cores = sorted(os.sched_getaffinity(0))
     for task in Path(f"/proc/{pid}/task").iterdir():

@@ -17,7 +17,7 @@ from documents import ROOT, all_blocks
 
 from testing.client import Client
 from testing.domain import own_context, own_domain
-from testing.machine import PATIENCE, Machine
+from testing.machine import PATIENCE, RATE, Machine
 from testing.processes import TIMEOUT
 
 TUTORIALS = ROOT / "docs" / "tutorials"
@@ -166,7 +166,7 @@ def wait_until(condition: Callable[[], bool]) -> None:
 
 
 def test_all_tutorials_are_followed():
-    followed = {*WITHOUT_A_MACHINE, *WITH_A_MACHINE, "my_drives"}
+    followed = {*WITHOUT_A_MACHINE, *WITH_A_MACHINE, "my_drives", "can_drives"}
     assert {page.stem for page in TUTORIALS.glob("*.md")} == followed
 
 
@@ -181,8 +181,8 @@ def test_tutorials_without_a_machine(page, folder, ros_domain):
 
 @pytest.mark.parametrize("page", WITH_A_MACHINE)
 def test_tutorials_with_the_simulated_machine(page, folder, ros_context, nodes):
-    nodes.start("simulator_node", {}, namespace="/")
-    nodes.start("ik_node", PATIENCE, namespace="/")
+    nodes.start("simulator_node", {"rate": RATE}, namespace="/")
+    nodes.start("ik_node", {"rate": RATE, **PATIENCE}, namespace="/")
     client = Client(ros_context, "")
     Machine(client, nodes, listen=False).wait_for_state("idle")
     client.close()
@@ -194,7 +194,7 @@ def test_the_tutorial_about_drives(folder, ros_domain):
     prepare, copy, drives, ik_node, page, pose, reached, fault = blocks
     assert page.startswith("ros2 run tri_glide_kinematics panel_node ")
     # A computer with more to do keeps a machine waiting for longer than a machine should.
-    ik_node = " -p ".join((ik_node.strip(), *(f"{name}:={PATIENCE[name]}" for name in PATIENCE)))
+    ik_node = _with(ik_node, PATIENCE)
     for code in (prepare, copy):
         assert run(["bash", "-c", TESTED_ELSEWHERE.sub("", code)], folder)[0] == 0
     with own_domain(), own_context() as context, terminal(ik_node, folder):
@@ -211,6 +211,38 @@ def test_the_tutorial_about_drives(folder, ros_domain):
             client.wait_for(lambda: client.enable().success, "a machine that may move again")
             machine.wait_for_state("idle")
         client.close()
+
+
+def test_the_tutorial_about_drives_on_a_bus(folder, ros_domain):
+    pytest.importorskip("canopen")
+    blocks = [code for _, code in all_blocks(TUTORIALS / "can_drives.md")]
+    prepare, cia402_node, off, home, homed, ik_node, page = blocks
+    assert page.startswith("ros2 run tri_glide_kinematics panel_node ")
+    patience = {"heartbeat_timeout": 0.5, "playout_delay": 0.2}
+    cia402_node = _with(cia402_node, patience)
+    ik_node = _with(ik_node, {**PATIENCE, "drive_delay": 0.2})
+    # Near the switches, so that it does not take long.
+    drives = f"{TESTED_ELSEWHERE.sub('', prepare).strip()} --heights 0.88 0.89 0.9"
+    with own_domain(), own_context() as context, terminal(drives, folder):
+        wait_until((folder / "out" / "can").exists)
+        with terminal(cia402_node, folder) as node:
+            wait_until(lambda: off.strip() in node.output)
+            code, output = run(["bash", "-c", home], folder)
+            assert (code, is_told(homed, output)) == (0, True), output
+            with terminal(ik_node, folder):
+                client = Client(context, "")
+                machine = Machine(client, None, listen=False)
+                machine.wait_for_state("disabled")
+                client.wait_for(lambda: client.enable().success, "torque")
+                machine.wait_for_state("idle")
+                client.send_twist((0.0, 0.0, -0.01))
+                machine.wait_for_state("jogging")
+                client.close()
+
+
+def _with(code: str, parameters: dict[str, float]) -> str:
+    """Return the line that starts a node, with more parameters."""
+    return " -p ".join((code.strip(), *(f"{name}:={parameters[name]}" for name in parameters)))
 
 
 def test_what_is_told_is_compared():
