@@ -71,7 +71,9 @@ class Computer:
         for node in NODES:
             for index, subindex, value in SETTINGS:
                 own = node if index in (0x1400, 0x1800) and subindex == 1 else 0
-                assert self.write(node, index, subindex, value + own) == 0
+                # However busy this computer is, no drive stops for that.
+                longer = 60_000 if index == 0x1016 else 0
+                assert self.write(node, index, subindex, value + own + longer) == 0
         self.bus.send_state(0, START)
 
     def heard(self, kind: type) -> list[Event]:
