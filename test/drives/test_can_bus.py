@@ -289,8 +289,8 @@ def test_between_processes_no_frame_is_lost_and_a_lost_bus_comes_back(tmp_path: 
         drives.wait_for("must be the node of a drive and one of")
         drives.say("2 fault 0x7500")
         drives.wait_for("drive 2: FAULT")
-        computer.listens()
-        assert (2, 0x7500) in [(event.node, event.code) for event in computer.heard(Emergency)]
+        until(lambda: computer.listens() and bool(computer.heard(Emergency)))
+        assert [(event.node, event.code) for event in computer.heard(Emergency)] == [(2, 0x7500)]
         # It is gone, with its link to it, and another one comes.
         assert drives.end(signal.SIGKILL)
         with pytest.raises(BusError):
