@@ -9,77 +9,109 @@ from __future__ import annotations
 import sys
 from importlib.util import find_spec
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from rcl_interfaces.srv import ListParameters
 
 from benchmarks.command_line import numbers
 from benchmarks.soak_nodes import context_in_own_domain, resident, say, session, verdict
 from testing.byte_fuzzing import Fuzzer
+from testing.client import Client
 from testing.machine import Machine
+from testing.processes import Launcher
 from testing.scenarios import assert_normal_target_is_reached
 
 BATCH = 10_000
+MOST_LINES = 500  # in the log of a node for each batch: some of each kind in a second
+INPUTS = {
+    "/joint_states",
+    "/target_path",
+    "/ik_node/stop",
+    "/ik_node/follow_path/_action/send_goal",
+    "/fk_node/set_parameters",
+}
 # A node that makes what one request claims grows by 900 MB.
 MOST_GROWTH = 30.0  # MB
+
+
+def soak(
+    led: tuple[Client, Launcher], alone: tuple[Client, Launcher], folder: str, count: int
+) -> list[str]:
+    """Send bytes to all nodes, with ik_node in one namespace and without it in another.
+
+    Args:
+        led: client and launcher of a machine with ik_node.
+        alone: the same where others listen to setpoints: whoever sends these is a fault.
+        folder: for measurements, as requests to save are valid, whatever the name.
+        count: of the inputs that are sent.
+
+    Returns:
+        What was wrong.
+    """
+    client = led[0]
+    machine = Machine(*led).start()
+    led[1].start("fk_node")
+    alone[1].start("simulator_node")
+    alone[1].start("calibration_node", {"folder": folder})
+    alone[1].start("mechanism_node")
+    if find_spec("viser"):
+        alone[1].start("panel_node", {"port": 0})
+    everyone = (*led[1].started, *alone[1].started)
+    fuzzers = [
+        (one, Fuzzer(one, [node.name for node in launcher.started], but))
+        for (one, launcher), but in ((led, ("joint_commands",)), (alone, ()))
+    ]
+    missing = INPUTS - {one.name.removeprefix(machine.namespace) for one in fuzzers[0][1].inputs}
+    wrong = [f"nothing was sent to {name}" for name in sorted(missing)]
+    machine.catch_up()
+    resting = machine.heights()
+    sizes: list[dict[int, float]] = []
+    sent = 0
+    while sent < count and not wrong:
+        for one, fuzzer in fuzzers:
+            sent += fuzzer.run(one, min(BATCH, count) // 2)
+        # Among the requests is one to disable the machine.
+        client.wait_for(lambda: client.enable().success, "the machine to be enabled")
+        machine.catch_up()
+        if moved := {machine.heights(message) for message in machine.commands} - {resting}:
+            reasons = [state.reason for state in machine.states][-20:]
+            wrong.append(f"{len(moved)} other setpoints; states: {reasons}")
+        for node in everyone:
+            if not node.is_running:
+                wrong.append(f"{node.name} has ended: {node.written[-300:]}")
+            # What the library itself writes of requests that it cannot read is not ours to bound.
+            lines = sum(line.startswith("[") for line in node.written.splitlines())
+            if lines > MOST_LINES * max(1, sent // BATCH):
+                wrong.append(f"{node.name} has written {lines} lines: {node.written[-300:]}")
+        sizes.append({node.pid: resident(node) for node in everyone if node.is_running})
+        grown = max(size - sizes[0].get(pid, size) for pid, size in sizes[-1].items())
+        say(f"{sent} inputs, the largest growth of a node: {grown:.0f} MB")
+        if grown >= MOST_GROWTH:
+            wrong.append(f"a node has grown by {grown:.0f} MB")
+        machine.forget()
+    for _, fuzzer in fuzzers:
+        fuzzer.close()
+    if not wrong:
+        for one, launcher in (led, alone):
+            for node in launcher.started:
+                kind = ListParameters
+                assert one.call(kind, f"{node.name}/list_parameters", kind.Request())
+        assert_normal_target_is_reached(machine)
+    return wrong
 
 
 def main() -> int:
     """Run the soak from the command line."""
     count = numbers(__doc__, count=(1_000_000, "inputs")).count
-    passed = True
     with (
         TemporaryDirectory() as folder,
         context_in_own_domain() as context,
-        session(context, "bytes_led") as (client, nodes),
-        session(context, "bytes_alone") as (other, launcher),
+        session(context, "bytes_led") as led,
+        session(context, "bytes_alone") as alone,
     ):
-        machine = Machine(client, nodes).start()
-        nodes.start("fk_node")
-        led = ("simulator_node", "ik_node", "fk_node")
-        # Whoever sends setpoints is a fault, so others that listen to these have no ik_node.
-        alone = ["simulator_node", "calibration_node", "mechanism_node"]
-        alone += ["panel_node"] if find_spec("viser") else []
-        # Requests to save are valid, whatever the name.
-        own: dict[str, dict[str, Any]] = {
-            "panel_node": {"port": 0},
-            "calibration_node": {"folder": folder},
-        }
-        for name in alone:
-            launcher.start(name, own.get(name))
-        pairs = ((client, led, ("joint_commands",)), (other, tuple(alone), ()))
-        fuzzers = [(one, Fuzzer(one, names, but)) for one, names, but in pairs]
-        machine.catch_up()
-        resting = machine.heights()
-        everyone = (*nodes.started, *launcher.started)
-        sizes: list[dict[int, float]] = []
-        sent = 0
-        while sent < count and passed:
-            for one, fuzzer in fuzzers:
-                sent += fuzzer.run(one, BATCH // 2)
-            # Among the requests is one to disable the machine.
-            client.wait_for(lambda: client.enable().success, "the machine to be enabled")
-            machine.catch_up()
-            moved = {machine.heights(message) for message in machine.commands} - {resting}
-            ended = [node.name for node in everyone if not node.is_running]
-            running = [node for node in everyone if node.is_running]
-            sizes.append({node.pid: resident(node) for node in running})
-            grown = max(size - sizes[0].get(pid, size) for pid, size in sizes[-1].items())
-            say(
-                f"{sent} inputs, ended: {ended}, other setpoints: {len(moved)}, "
-                f"the largest growth of a node: {grown:.0f} MB"
-            )
-            passed = not moved and not ended and grown < MOST_GROWTH
-            if moved:
-                say(f"states: {[state.reason for state in machine.states][-20:]}")
-            del machine.commands[:-1], machine.measured[:-1], machine.states[:-1]
-        for _, fuzzer in fuzzers:
-            fuzzer.close()
-        for one, names, _ in pairs:
-            for name in names:
-                one.call(ListParameters, f"{name}/list_parameters", ListParameters.Request())
-        assert_normal_target_is_reached(machine)
-    return verdict(passed)
+        wrong = soak(led, alone, folder, count)
+    for text in wrong:
+        say(text)
+    return verdict(not wrong)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import sys
 from collections import Counter
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -42,21 +41,17 @@ def random_mechanism(rng: np.random.Generator, ratio: float) -> FMechanism:
     )
 
 
-def fold_angles(mechanism: FMechanism, angles: list[float], counts: list[int]) -> Iterator[float]:
-    """Yield crank angles beside the first fold between ``angles``, and none if there is none."""
-    for index in range(len(angles) - 1):
-        if counts[index] == counts[index + 1]:
-            continue
-        low, high = angles[index], angles[index + 1]
-        while low < (middle := 0.5 * (low + high)) < high:
-            if count_positions(mechanism.linkage, middle) == counts[index]:
-                low = middle
-            else:
-                high = middle
-        for distance in BESIDE:
-            yield low - distance
-            yield low + distance
-        return
+def fold_of(mechanism: FMechanism, angles: list[float], counts: list[int]) -> float | None:
+    """Return the last crank angle before the first fold between ``angles``, if there is one."""
+    for low, high, before, after in zip(angles, angles[1:], counts, counts[1:]):
+        if before != after:
+            while low < (middle := 0.5 * (low + high)) < high:
+                if count_positions(mechanism.linkage, middle) == before:
+                    low = middle
+                else:
+                    high = middle
+            return low
+    return None
 
 
 def judge(mechanism: FMechanism, angles: list[float], counts: list[int]) -> Counter[str]:
@@ -86,7 +81,10 @@ def main() -> int:
             angles = sorted(rng.uniform(0.0, math.tau, ANGLES).tolist())
             counts = [count_positions(mechanism.linkage, angle) for angle in angles]
             found += judge(mechanism, angles, counts)
-            beside = list(fold_angles(mechanism, angles, counts))
+            fold = fold_of(mechanism, angles, counts)
+            beside = (
+                [] if fold is None else [fold + sign * each for each in BESIDE for sign in (-1, 1)]
+            )
             found += judge(
                 mechanism, beside, [count_positions(mechanism.linkage, angle) for angle in beside]
             )

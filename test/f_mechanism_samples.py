@@ -145,19 +145,3 @@ def large_platform(ratio, scale=1.0):
         0.5,
         -0.7,
     )
-
-
-def random_large_platform(rng, ratio):
-    """Rods of about 1, base and platform larger by ``ratio``, and nearly congruent if they are."""
-    base = ratio * rng.uniform(-1.0, 1.0, (3, 2))
-    turn = rng.uniform(-math.pi, math.pi)
-    cosine, sine = math.cos(turn), math.sin(turn)
-    shape = base + rng.uniform(-1.0, 1.0, (3, 2)) if ratio > 3.0 else rng.uniform(-1.0, 1.0, (3, 2))
-    return FMechanism(
-        base,
-        rng.uniform(0.1, 0.8, 3),
-        rng.uniform(0.5, 2.0, 3),
-        shape @ np.array([[cosine, sine], [-sine, cosine]]),
-        *rng.uniform(-math.pi, math.pi, 2),
-        counter_rotating=bool(rng.integers(2)),
-    )

@@ -25,7 +25,7 @@ from testing.taking import taken
 
 RETRY_AFTER = 10.0  # s
 NAP = 0.05  # s after which a condition is looked at without an event, too
-RECORDED_NAP = 0.01  # s, the same where messages are recorded, which are no events
+RECORDED_NAP = 0.02  # s, the same where messages are recorded, which are no events
 DEEP_QUEUE = QoSProfile(depth=5000)
 # Deeper than that of the publisher: a client that is kept waiting must not miss a state.
 LATCHED = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)

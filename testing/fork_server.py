@@ -126,8 +126,6 @@ def run(job: Job) -> NoReturn:
     sys.argv = list(job.command[2 * is_module :])
     code = 1
     try:
-        if random_texts.VARIABLE in job.environment:
-            random_texts.install()
         if is_module:
             runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
         else:
@@ -149,8 +147,6 @@ if __name__ == "__main__":
     if sys.path[0] == os.getcwd():
         del sys.path[0]
     load()
-    from testing import random_texts
-
     todo = serve(Connection(int(sys.argv[1])))
     if todo is not None:
         run(todo)

@@ -20,7 +20,7 @@ JOINTS = ("slider_1", "slider_2", "slider_3")
 # should be silent; then its sliders are late, and jump.
 PATIENCE = {"measured_timeout": 1.0, "jump_limit": 0.1, "tracking_error_limit": 0.3}
 # Below that by default: most of the processor is left to what is tested [1/s].
-RATE = 100.0
+RATE = 50.0
 
 
 class Machine:
@@ -229,7 +229,7 @@ class Machine:
     def wait_until_measurements_are_read(self) -> None:
         """Wait until ik_node, too, has what is measured now: each reads its own messages."""
         count = len(self.measured)
-        self.client.wait_for(lambda: len(self.measured) > count + 40, "newer measurements")
+        self.client.wait_for(lambda: len(self.measured) > count + 20, "newer measurements")
 
     def heights(self, message: JointState | None = None) -> tuple[float, ...]:
         """Return the heights of a message, in the order of the sliders; of the latest command."""

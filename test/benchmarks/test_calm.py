@@ -69,8 +69,8 @@ def test_little_is_left_of_each_kind_of_motion(kind, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", STOPS)
 def test_stops_rest_as_soon_from_the_same_state(kind):
-    later = stopped(kind, many(2))
-    assert len(later) >= many(1)
+    later = stopped(kind, many(1))
+    assert len(later) >= 1
     assert np.median(later[:, 0]) <= bench_calm.LATER
 
 

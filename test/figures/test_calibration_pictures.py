@@ -27,6 +27,7 @@ def test_a_page_holds_nine_maps_and_the_residuals(has_priors):
     # Without priors nothing is known before, and x and y only in themselves.
     assert len(unknown) == (0 if has_priors else 5)
     if unknown:
+        figure.set_layout_engine("none")
         figure.draw_without_rendering()
 
 

@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from firmware_files import FOLDER
 from mutations import mutated
 from soak import many, seed
 
@@ -26,50 +27,10 @@ from tri_glide_kinematics.tri_glide import TriGlide
 
 MM = 1e3
 
-PRINTER = """\
-[stepper_a]
-step_pin: PF0
-rotation_distance: 40
-microsteps: 16
-position_endstop: 297.05  # of a kit
-arm_length: 214.0
-[stepper_b]
-rotation_distance: 40
-microsteps: 16
-[stepper_c]
-rotation_distance: 80
-gear_ratio: 80:40
-microsteps: 16
-[printer]
-kinematics: delta
-max_velocity: 300
-max_accel: 3000
-delta_radius: 104.2
-print_radius: 90
-[delta_calibrate]
-radius: 80
-horizontal_move_z: 10
-"""
-CONFIGURATION = """\
-#define DELTA
-#if ENABLED(DELTA)
-  #define DELTA_PRINTABLE_RADIUS 90.0
-  #define DELTA_HEIGHT 297.05
-  #define DELTA_ENDSTOP_ADJ { 0.0, -0.3, -0.1 }
-  #define DELTA_RADIUS 104.2
-  #define DELTA_DIAGONAL_ROD 214.0
-  #define DELTA_TOWER_ANGLE_TRIM { 0.0, 0.0, 0.0 }
-  #define DELTA_CALIBRATION_DEFAULT_POINTS 4
-#endif
-#define FIX_MOUNTED_PROBE
-#define NOZZLE_TO_PROBE_OFFSET { 3, -4, 0 }
-#define PROBING_MARGIN (15 / 3)
-"""
-CONFIG_G = """\
-M665 R104.2 L214.0:214.0:214.0 B90 H297.05 X0 Y0 Z0 ; a kit
-M666 X0.2 Y-0.1 Z-0.1
-G31 P500 X3 Y-4 Z0.7
-"""
+# A kit as its settings say it is, in each firmware.
+PRINTER, CONFIGURATION, CONFIG_G = (
+    (FOLDER / name).read_text() for name in ("kit.cfg", "kit_Configuration.h", "kit_config.g")
+)
 
 
 class Printer:

@@ -112,7 +112,7 @@ def test_no_process_outlives_it_however_it_ends(start: Start, number: int) -> No
 
 @pytest.mark.parametrize(
     ("name", "words", "impatience"),
-    [("demo", "pose A", 1), ("demo", "pose A", 3), ("calibration_demo", "looking where", 1)],
+    [("demo", "pose A", 3), ("calibration_demo", "looking where", 1)],
 )
 def test_ctrl_c_leaves_no_process_behind(
     start: Start, name: str, words: str, impatience: int

@@ -9,7 +9,6 @@ import subprocess
 
 import pytest
 import yaml
-from std_srvs.srv import SetBool
 
 from testing.commands import KINEMATICS
 from testing.forks import ForkedNodes
@@ -146,15 +145,6 @@ def test_ctrl_c_lets_the_platform_rest_on_its_path(running_machine, drive):
     assert "Traceback" not in command.output
 
 
-def test_a_path_that_is_refused_ends_the_drive_and_has_no_deviation(drive):
-    outside = {"path": {"segments": [{"line": {"to": [0.5, 0.0, 0.25]}}]}}
-    command = drive([outside, {"move": {"to": [0.0, 0.0, 0.3]}}])
-    assert command.end() == 1
-    assert [row[2] for row in command.rows()] == ["refused", "not"]
-    assert "nan" not in command.output
-    assert "drive: step 1 of 2: " in command.output
-
-
 def told_duration(command):
     return float(re.search(r"inside the workspace: ([\d.]+) s", command.output)[1])
 
@@ -189,20 +179,6 @@ def test_the_example_program_is_driven_to_its_end(running_machine, drive):
     assert place == pytest.approx((0.0, 0.0, 0.27), abs=1e-6)
 
 
-def test_a_program_in_the_teach_mode_is_told_with_its_time(running_machine, drive):
-    client = running_machine.client
-    client.call(SetBool, "ik_node/teach_mode", SetBool.Request(data=True))
-    command = drive("G0 X0 Y0 Z40\nX60\nX-60\nM2\n")
-    code = command.end()
-    client.call(SetBool, "ik_node/teach_mode", SetBool.Request(data=False))
-    assert code == 0, command.output
-    assert "drive: the platform moves at 250 mm/s at most, in the teach mode" in command.output
-    # 180 mm at 250 mm/s.
-    assert told_duration(command) > 0.18 / 0.25
-    # It is not driven in less time than was told.
-    assert float(command.rows()[0][3]) > 0.98 * told_duration(command)
-
-
 def test_a_program_that_leads_outside_moves_nothing(running_machine, drive):
     machine = running_machine
     machine.forget()
@@ -230,8 +206,6 @@ def test_without_a_terminal_a_stop_ends_the_program(running_machine, drive, tmp_
     command = drive(program, *kept, "--go-on")
     assert command.end() == 1
     assert "drive: line 6: M0 waits for Enter, and there is no terminal" in command.output
-    command = drive(program, *kept, "--go-on")
-    assert command.end() == 0, command.output
 
 
 def test_enter_lets_the_program_go_on(running_machine, drive):
@@ -295,9 +269,6 @@ def test_what_is_interrupted_switches_off_and_goes_on(running_machine, drive, tm
     again = [("spindle", 0, 500.0), ("digital", 1, 1.0)]
     assert told(outputs) == [*again, ("digital", 1, 0.0), ("spindle", 0, 0.0)]
     assert load_kept(kept).is_whole
-    command = drive(LASTING, "--progress", str(kept), "--go-on")
-    assert command.end() == 1
-    assert "has been driven to its end" in command.output
 
 
 @pytest.mark.parametrize("how", ["twice", "nobody reads"])
@@ -378,10 +349,6 @@ def test_where_the_command_dies_or_is_held_the_machine_rests_and_is_switched_off
         machine.catch_up()
         assert KINEMATICS.forward(machine.heights()) == place
         assert told(outputs)[-1] == ("spindle", 0, 0.0)
-    command.close()
-    command = drive(f"M3\nG0 X0 Y0 Z40\nG1 F700\n{lines}M2\n", "--progress", str(kept), "--go-on")
-    assert command.end() == 1
-    assert f"has changed since it was driven up to line {load_kept(kept).line}" in command.output
 
 
 def test_without_ik_node_the_simulated_machine_switches_off_and_stays_so(machine, client):

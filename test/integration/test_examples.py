@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from sensor_msgs.msg import Joy
 
+from testing.machine import RATE
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -140,4 +141,5 @@ def test_a_path_is_followed_with_a_rest_on_the_way(running_machine):
     speeds = [max(map(abs, message.velocity)) for message in machine.commands[first:]]
     moving = [index for index, speed in enumerate(speeds) if speed > 0.0]
     at_rest = [index for index in range(moving[0], moving[-1]) if speeds[index] == 0.0]
-    assert len(at_rest) > 100
+    # A second; a busy computer is late now and then.
+    assert len(at_rest) > 0.7 * RATE

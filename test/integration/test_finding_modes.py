@@ -177,6 +177,8 @@ class TestOneMachine:
         assert started.node.process.wait(PATIENCE) == 0
         assert_nothing_moves_on(started.machine)
         started.start_node()
+        # Before that, Ctrl-C at the end of all tests would find no node that handles it.
+        started.client.wait_for(lambda: "TRI_GLIDE_TRANSPORT" in started.node.output, "the node")
 
 
 def test_the_command_reads_the_recordings_of_which_it_is_told(client, nodes, tmp_path):
@@ -204,5 +206,5 @@ def assert_nothing_moves_on(machine):
     machine.wait_for_state("idle")
     machine.catch_up()
     first = len(machine.commands)
-    machine.client.wait_for(lambda: len(machine.commands) > first + 100, "setpoints")
+    machine.client.wait_for(lambda: len(machine.commands) > first + 50, "setpoints")
     assert len({machine.heights(message) for message in machine.commands[first:]}) == 1

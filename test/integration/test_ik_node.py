@@ -94,7 +94,7 @@ def test_stale_twist_ends_in_a_jerk_limited_stop(running_machine):
     assert "stopping: no twist for 0.1 s" in machine.ik.output
     machine.catch_up()
     count = len(machine.commands) - 1
-    client.wait_for(lambda: len(machine.commands) > count + 20, "further commands")
+    client.wait_for(lambda: len(machine.commands) > count + 10, "further commands")
     assert list(machine.commands[-1].velocity) == [0.0, 0.0, 0.0]
     assert machine.heights() == machine.heights(machine.commands[count])
     assert_within_limits(machine)

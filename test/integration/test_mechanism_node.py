@@ -145,29 +145,6 @@ def test_each_bad_request_is_told_why_and_the_next_good_one_is_answered(services
     assert [name for name, *_ in BAD] == list(SERVICES)
 
 
-def test_the_most_steps_are_served_and_then_the_next_request(services):
-    many = CrankSweep(end_angle=math.tau, steps=100_000)
-    response = services.answer(
-        "trace_four_bar", TraceFourBar.Request(linkage=textbook(), sweep=many)
-    )
-    assert response.success
-    assert len(response.crank_angle) == len(response.coupler_point_acceleration_y) == 100_001
-    response = services.answer(
-        "trace_f_mechanism", TraceFMechanism.Request(mechanism=example_2(), sweep=many)
-    )
-    assert len(response.angle) == 100_001
-    for name in SERVICES:
-        services.assert_alive(name)
-
-
-def test_requests_that_come_together_are_all_answered(services, client):
-    futures = [(name, services.send(name, GOOD[name]())) for _ in range(10) for name in SERVICES]
-    client.wait_for(lambda: all(future.done() for _, future in futures), "all answers")
-    for name, future in futures:
-        assert future.result().success
-        CHECKS[name](future.result())
-
-
 def test_random_contents_never_end_the_node(services):
     source = random.Random(3)
     numbers = [0.0, -1.0, 1.0, 0.5, 3.0, NAN, INFINITY, 1e9, 1e-300, -1e300, 5e-324]

@@ -62,16 +62,6 @@ def test_disabled_machine_is_silent_may_be_moved_by_hand_and_is_enabled_where_it
     assert begin == pytest.approx(expected, abs=1e-5)
 
 
-FAULTS = {
-    "silent": ({"drop_out": 1.0}, Cause.MEASUREMENTS_SILENT, "measured heights are silent for"),
-    "stuck": (
-        {"stuck_sliders": [True, False, False]},
-        Cause.TRACKING_ERROR,
-        "slider_1 is measured at",
-    ),
-}
-
-
 @pytest.fixture(scope="class")
 def shared(ros_domain, ros_context, tmp_path_factory):
     with shared_machine(ros_context, tmp_path_factory, "operation", SLOW) as machine:
@@ -92,15 +82,14 @@ class TestSlowMachine:
         shared.forget()
         return shared
 
-    @pytest.mark.parametrize("name", FAULTS)
-    def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(self, slow_machine, name):
+    def test_fault_of_the_machine_is_a_ramped_stop_that_a_person_clears(self, slow_machine):
         machine, client = slow_machine, slow_machine.client
-        fault, cause, reason = FAULTS[name]
+        reason = "measured heights are silent for"
         diagnostics = client.record(DiagnosticArray, "/diagnostics")
         machine.get_going(FAR, 0.04)
-        assert client.set_parameters("simulator_node", fault).successful
+        assert client.set_parameters("simulator_node", {"drop_out": 1.0}).successful
         machine.wait_for_state("fault")
-        assert machine.cause is cause
+        assert machine.cause is Cause.MEASUREMENTS_SILENT
         assert reason in machine.reason
         assert f"fault: {machine.reason}" in machine.ik.output
         ramped_down(machine)
@@ -116,10 +105,9 @@ class TestSlowMachine:
         machine.wait_for_refusal(Refusal.FAULT, lambda: client.send_pose(NEAR))
         assert "no motion while fault" in machine.ik.output
         assert not machine.commands_since(now)
-        if name == "silent":
-            response = client.enable()
-            assert not response.success
-            assert "no measured slider heights" in response.message
+        response = client.enable()
+        assert not response.success
+        assert "no measured slider heights" in response.message
         assert client.set_parameters("simulator_node", HEALTHY).successful
         # What was measured before may be far from what comes now, which would be the next fault.
         machine.wait_for_measured_rest()
@@ -150,7 +138,7 @@ class TestSlowMachine:
         client.stop()
         machine.wait_for_state("idle")
         first, count = len(machine.commands), len(machine.states)
-        client.wait_for(lambda: len(machine.commands) > first + 50, "commands at rest")
+        client.wait_for(lambda: len(machine.commands) > first + 25, "commands at rest")
         assert machine.states_since(count) == []
         assert "jogging was stopped: it needs a twist of zero" in machine.ik.output
         stick.cancel()
@@ -158,7 +146,7 @@ class TestSlowMachine:
 
         def released():
             client.send_twist((0.0, 0.0, 0.0))
-            return len(machine.commands) > first + 25
+            return len(machine.commands) > first + 12
 
         client.wait_for(released, "commands at rest")
         stick.reset()
@@ -215,33 +203,6 @@ def test_diagnostics_tell_of_loop_and_refusals(running_machine):
     for key in ("jitter, root mean square [s]", "late cycles", "largest delay of a cycle [s]"):
         assert float(values[key]) >= 0.0
     assert diagnostics[0].header.stamp.sec > 0
-
-
-def test_modes_that_differ_from_place_to_place_have_a_shaper_for_each_motion(machine, client):
-    machine.start({"shaper": "ei", "mode_frequencies": [15.0]})
-    two_places = {"mode_places": [-0.1, 0.0, 0.25, 0.1, 0.0, 0.25]}
-    result = client.set_parameters("ik_node", two_places)
-    assert not result.successful
-    assert "has 1 elements, expected 1 to 2 for each of 2 places" in result.reason
-    result = client.set_parameters("ik_node", two_places | {"mode_frequencies": [10.0, 20.0]})
-    assert result.successful
-    diagnostics = client.record(DiagnosticArray, "/diagnostics")
-
-    def durations():
-        values = map(values_of, client.statuses(diagnostics))
-        return [float(each[name]) for each in values if name in each]
-
-    name = "duration of the shaper [s]"
-
-    for x in (0.09, -0.1):
-        machine.move((x, 0.0, 0.25))
-        diagnostics.clear()
-        # The first one may have been on its way before the move was over.
-        client.wait_for(lambda: len(durations()) > 1, "diagnostics")
-        # A period and a half where much is passed, else one.
-        expected = {0.09: 1.0 / 17.3, -0.1: 1.5 / 15.0}[x]
-        assert durations()[-1] == pytest.approx(expected, rel=0.05)
-    assert_within_limits(machine)
 
 
 def test_live_parameters_are_checked_as_a_set_and_hold_in_motion(running_machine):

@@ -31,7 +31,7 @@ STATES = ("waiting", "idle", *CLIENTS, "fault", "disabled")
 NOT_LED = ("waiting", "fault", "disabled")
 # None of them can be read as a request of any kind, not even as one that holds nothing.
 UNREADABLE = (b"\0", b"\0\1\0\0", b"\0\7\0\0", b"\0\3\0\0\0", b"\xff" * 5)
-SOME = 20  # commands
+SOME = 10  # commands
 SILENCE = 0.6  # s, of a client that has let go
 NOTHING = "-"  # there is nobody to kill, or nothing new in it
 

@@ -7,10 +7,11 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import Imu
 
-from testing.commands import KINEMATICS, PERIOD
 from tri_glide_kinematics.calibration.ringdown import Quantity, Recording, find_modes
 
 FREQUENCIES = (15.0, 22.0, 0.0)  # Hz
+RATE = 100.0  # 1/s, of ik_node
+PERIOD = 1.0 / RATE  # s
 START, TARGET = (-0.08, 0.05, 0.25), (0.08, -0.05, 0.25)
 GRAVITY = 9.80665  # m/s^2
 # The drives' own setpoints: what the machine does then is the same on a busy computer.
@@ -58,7 +59,7 @@ def collected(client, messages, count=300):
 
 
 def test_an_accelerometer_tells_the_frequencies_and_drives_do_not(machine, client, imus, poses):
-    machine.start(None, {**SWINGING, "accelerometer_noise": 0.01})
+    machine.start({"rate": RATE}, {**SWINGING, "accelerometer_noise": 0.01})
     client.wait_for(lambda: imus, "an accelerometer")
     imu = imus[0]
     assert imu.header.frame_id == "tri_glide_platform"
@@ -92,7 +93,7 @@ def test_an_accelerometer_tells_the_frequencies_and_drives_do_not(machine, clien
 def test_where_time_passes_by_the_clock_a_stall_leaves_samples_out_and_the_swing_goes_on(
     machine, client, imus
 ):
-    machine.start(None, {**SWINGING, "setpoint_period": 0.0, "accelerometer_noise": 0.01})
+    machine.start({"rate": RATE}, {**SWINGING, "setpoint_period": 0.0, "accelerometer_noise": 0.01})
     client.wait_for(lambda: imus, "an accelerometer")
     machine.move(START)
     machine.move(TARGET)
@@ -108,31 +109,3 @@ def test_where_time_passes_by_the_clock_a_stall_leaves_samples_out_and_the_swing
     frequencies = sorted(mode.frequency for mode in found.modes)
     assert frequencies == pytest.approx(FREQUENCIES[:2], rel=1e-3)
     assert found.unexplained < 1e-3
-
-
-def test_encoders_that_see_the_swing(machine, client, poses):
-    machine.start(None, {**SWINGING, "encoders_see_swing": True})
-    machine.move(START)
-    machine.move(TARGET)
-    # By the stamps: a client that is late would see what is left of the swing.
-    end = max(client.time_of(command) for command in machine.commands if any(command.velocity))
-
-    def since_rest(messages):
-        return [message for message in messages if client.time_of(message) > end]
-
-    client.wait_for(lambda: len(since_rest(poses)) > 150, "true poses")
-    true = places(since_rest(poses)[:150])
-    seen, commanded = (
-        np.array([KINEMATICS.forward(machine.heights(m)) for m in since_rest(messages)[:150]])
-        for messages in (machine.measured, machine.commands)
-    )
-    # The drives rest, and the encoders see the platform swing.
-    assert np.ptp(commanded, axis=0).max() < 1e-9
-    swung = np.ptp(true, axis=0)[:2]
-    assert swung.min() > 1e-5
-    assert np.ptp(seen, axis=0)[:2] == pytest.approx(swung, rel=0.5)
-    # Alive: with other frequencies the machine goes on, and wrong ones change nothing.
-    assert client.set_parameters("simulator_node", {"swing_frequencies": [0.0] * 3}).successful
-    refused = client.set_parameters("simulator_node", {"swing_frequencies": [1.0] * 4})
-    assert "expected 3 or 6 for each of 1 points" in refused.reason
-    machine.wait_for_measured_rest()

@@ -39,7 +39,7 @@ def longest_gap(client, messages, first=0, rank=1):
 def gap_alone(machine, client):
     """Return the longest gap between commands while nobody calls anything."""
     first = len(machine.commands)
-    client.wait_for(lambda: len(machine.commands) > first + 300, "commands")
+    client.wait_for(lambda: len(machine.commands) > first + 150, "commands")
     return longest_gap(client, machine.commands, first)
 
 
@@ -98,7 +98,7 @@ def test_clients_that_cannot_be_answered(machine, client, nodes, unfit_node):
     for caller in callers:
         caller.call_async(harmless_request(caller.srv_type))
     # Half as long as an answer is kept before it is tried at the price of a gap: 5 s.
-    client.wait_for(lambda: len(machine.commands) > first[0] + 250, "commands")
+    client.wait_for(lambda: len(machine.commands) > first[0] + 125, "commands")
     client.wait_for(lambda: "stopping" in machine.states_since(states), "the stop")
     machine.catch_up()
     # Each of the services would hold its node once; a busy computer does so now and then.

@@ -17,7 +17,7 @@ from documents import ROOT, all_blocks
 
 from testing.client import Client
 from testing.domain import own_context, own_domain
-from testing.machine import PATIENCE, Machine
+from testing.machine import PATIENCE, RATE, Machine
 from testing.processes import TIMEOUT
 
 TUTORIALS = ROOT / "docs" / "tutorials"
@@ -181,8 +181,8 @@ def test_tutorials_without_a_machine(page, folder, ros_domain):
 
 @pytest.mark.parametrize("page", WITH_A_MACHINE)
 def test_tutorials_with_the_simulated_machine(page, folder, ros_context, nodes):
-    nodes.start("simulator_node", {}, namespace="/")
-    nodes.start("ik_node", PATIENCE, namespace="/")
+    nodes.start("simulator_node", {"rate": RATE}, namespace="/")
+    nodes.start("ik_node", {"rate": RATE, **PATIENCE}, namespace="/")
     client = Client(ros_context, "")
     Machine(client, nodes, listen=False).wait_for_state("idle")
     client.close()

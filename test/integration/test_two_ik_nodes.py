@@ -61,7 +61,7 @@ def test_none_begins_to_lead_beside_another(machine, client, nodes):
     client.wait_for(lambda: publishes(other.name, client) in machine.reason, "its reason")
     client.wait_for(lambda: ours in other.reason, "the other's reason")
     machine.start_simulator()
-    client.wait_for(lambda: len(machine.measured) > 100, "measured heights")
+    client.wait_for(lambda: len(machine.measured) > 40, "measured heights")
     assert machine.state == "waiting"
     assert other.state == "waiting"
     assert not machine.commands

@@ -54,7 +54,7 @@ def test_a_clock_that_is_set_in_motion_stops_no_setpoints_and_a_stop_is_heard(
         for ahead in SETTINGS:
             count = len(machine.commands)
             clock.set_ahead(ahead)
-            client.wait_for(lambda count=count: len(machine.commands) > count + 10, "setpoints")
+            client.wait_for(lambda count=count: len(machine.commands) > count + 3, "setpoints")
         if is_stopped:
             client.stop()
         machine.wait_for_state("idle")

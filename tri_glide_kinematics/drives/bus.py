@@ -111,7 +111,10 @@ class Heartbeat:
 
 @dataclass(frozen=True)
 class Foreign:
-    """Somebody else sends what only one may send: SYNC, or what belongs to this computer."""
+    """Somebody else sends what only one may send: SYNC, or what belongs to this computer.
+
+    Or two drives with the same number answer one question: 0x580 and the number.
+    """
 
     time: float
     cob_id: int

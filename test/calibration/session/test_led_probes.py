@@ -209,13 +209,6 @@ def test_somebody_else_who_leads_the_platform_is_left_to_it(machine):
     assert machine.place == pytest.approx((-0.04, 0.02, 0.25))
 
 
-def test_a_stop_of_ik_node_ends_a_probe(machine):
-    future = on_its_way_down(machine)
-    machine.controller.stop()
-    assert re.search("it was stopped: .*stop", machine.failure_of(future))
-    machine.assert_nothing_moves_on()
-
-
 @pytest.mark.parametrize("begun", [on_its_way_down, on_its_way_back])
 def test_our_own_stop_ends_a_probe(machine, begun):
     future = begun(machine)
@@ -243,17 +236,6 @@ def test_a_probe_goes_on_where_twists_are_late(machine):
     assert machine.states.count(STOPPING) > 3
     causes = [each.reason.cause for each in machine.statuses if each.state is STOPPING]
     assert causes.count(Cause.TWISTS_SILENT) > 3
-
-
-def test_a_probe_does_not_go_on_after_its_node_was_held_up(machine):
-    future = on_its_way_down(machine)
-    count = len(machine.twists)
-    look, machine.leading.look = machine.leading.look, lambda now: None
-    machine.pass_time(0.7)
-    machine.leading.look = look
-    assert machine.failure_of(future).startswith("this node was held up for 0.7")
-    assert len(machine.twists) == count
-    machine.assert_nothing_moves_on()
 
 
 def test_a_switch_and_measurements_that_die_together_end_a_probe(machine):

@@ -1,7 +1,6 @@
 """Searches for modes that lead a controller with a swing behind it, in the time of its cycles."""
 
 import re
-from dataclasses import replace
 
 import pytest
 from led_machine import LedMachine
@@ -79,11 +78,6 @@ def test_encoders_see_the_swing_or_motors_that_stand_still(machine, sees_swing):
         assert modes[0].frequency == pytest.approx(15.0, rel=FREQUENCY)
     else:
         assert not modes
-
-
-def test_moves_that_would_leave_the_limits_are_refused(machine):
-    far = replace(ALONG_X, place=(0.1, 0.0, 0.3), length=0.4)
-    assert "outside the workspace at (0.2031" in refused(machine, far)
 
 
 def test_with_a_shaper_there_is_nothing_to_measure(machine):
@@ -167,13 +161,6 @@ def test_a_stop_before_anything_moves_is_remembered(machine, stop, words):
     stop(machine)
     assert machine.failure_of(future) == words
     assert not machine.moves
-
-
-def test_a_stop_of_ik_node_between_two_moves_ends_the_search(machine):
-    future = between_two_moves(machine)
-    machine.controller.stop()
-    assert machine.result_of(future).failure == WAS_STOPPED
-    machine.assert_nothing_moves_on()
 
 
 def test_our_own_stop_cancels_the_move_and_waits_for_rest(machine):

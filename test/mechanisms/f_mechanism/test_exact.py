@@ -7,10 +7,12 @@ import math
 
 import numpy as np
 import pytest
-from f_mechanism_samples import example_2, large_platform, random_large_platform, random_mechanism
+from f_mechanism_samples import example_2, large_platform, random_mechanism
 from soak import many
 
 from benchmarks.references.f_mechanism_count import count_positions
+from benchmarks.soak_mechanisms import fold_of
+from benchmarks.soak_mechanisms import random_mechanism as random_large_platform
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.f_mechanism.positions import exact_positions, positions
@@ -86,28 +88,15 @@ def test_what_is_too_small_for_floating_point_numbers_is_refused():
         large_platform(1.0, 1e-75)
 
 
-def fold_of(mechanism, crank_angles):
-    """The last crank angle before one at which the number of positions changes; None if none is."""
-    linkage = mechanism.linkage
-    counts = [count_positions(linkage, angle) for angle in crank_angles]
-    for low, high, before, after in zip(crank_angles, crank_angles[1:], counts, counts[1:]):
-        if before != after:
-            while low < (middle := 0.5 * (low + high)) < high:
-                if count_positions(linkage, middle) == before:
-                    low = middle
-                else:
-                    high = middle
-            return low
-    return None
-
-
 @pytest.mark.parametrize("ratio", [1.0, 40.0, 1000.0])
 def test_a_fold_is_one_double_position_and_beside_it_are_two_or_none(ratio):
     rng = np.random.default_rng(int(ratio))
     found = 0
     while found < many(1):
         mechanism = random_large_platform(rng, ratio)
-        fold = fold_of(mechanism, np.linspace(0.0, math.tau, 6).tolist())
+        angles = np.linspace(0.0, math.tau, 6).tolist()
+        counts = [count_positions(mechanism.linkage, angle) for angle in angles]
+        fold = fold_of(mechanism, angles, counts)
         if fold is None:
             continue
         found += 1

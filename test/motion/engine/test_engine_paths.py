@@ -13,7 +13,6 @@ from motion_machine import (
     SHAPER,
     START,
     TARGET,
-    WORKSPACE,
     RecordedEngine,
     assert_rests_at,
     beside,
@@ -26,7 +25,7 @@ from motion_machine import (
     run_to_rest,
     speeds,
 )
-from soak import combined, some
+from soak import combined
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionPhase, PlatformPath
@@ -73,16 +72,6 @@ def test_a_square_is_driven_within_limits_and_tolerance_to_its_end(in_pieces):
     assert_near_polyline(moving, *CORNERS)
     # It does not stop at the corners.
     assert slider_speeds(moving)[26:-25].min() > 0.01
-
-
-def test_a_corner_with_a_tolerance_takes_less_time_than_a_stop():
-    times = []
-    for tolerance in (0.0, TOLERANCE):
-        moving = begun(square(tolerance), in_pieces=False)
-        run_to_rest(moving)
-        times.append(len(moving.states) - 1)
-    # In whole cycles; without them it is 0.75 (``test/benchmarks/test_paths.py``).
-    assert times[1] <= 0.76 * times[0]
 
 
 @each_mode
@@ -256,53 +245,6 @@ def test_without_a_path_nothing_can_be_paused_resumed_or_extended():
             ask()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("seed", "in_pieces"), combined(range(4), (False, True)))
-def test_whatever_is_asked_on_a_path_the_limits_hold(seed, in_pieces):
-    random = np.random.default_rng(seed)
-    moving = engine(in_pieces=in_pieces)
-    ends = [START]
-
-    def somewhere() -> tuple:
-        return beside(*random.uniform(-0.03, 0.03, 3))
-
-    def follow() -> None:
-        path = PlatformPath.start(place(moving))
-        for _ in range(random.integers(1, 6)):
-            ends.append(somewhere())
-            path = path.line_to(ends[-1], tolerance=random.choice([0.0, 1e-4, 1e-3]))
-        moving.follow(path)
-
-    def extend() -> None:
-        more = somewhere()
-        moving.extend(PlatformPath.start(ends[-1]).line_to(more))
-        ends.append(more)
-
-    commands = (
-        follow,
-        follow,
-        extend,
-        moving.pause,
-        moving.resume,
-        lambda: moving.set_speed_scale(float(random.uniform(0.1, 1.0))),
-        lambda: moving.move_to(somewhere()),
-        moving.stop,
-    )
-    for _ in range(25):
-        try:
-            commands[random.integers(8)]()
-        except KinematicsError:
-            pass
-        run(moving, float(random.uniform(0.002, 0.15)))
-    for _ in range(2):
-        if moving.phase is MotionPhase.PAUSED:
-            moving.resume()
-        run_to_rest(moving)
-    assert moving.kept_limits
-    for state in moving.states[::25]:
-        WORKSPACE.check_heights(state.heights)
-
-
 def test_a_newer_goal_that_is_planned_is_not_lost_by_a_pause():
     moving = begun(square(), in_pieces=True)
     run(moving, 0.1)
@@ -375,22 +317,6 @@ def test_a_speed_override_is_no_factor_of_a_limit():
         counts.append(len(moving.states))
     # The square asks for no speed.
     assert counts[0] == counts[1]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("in_pieces", some((True, False), 1))
-def test_overrides_and_scales_at_random_keep_all_limits_and_go_on(in_pieces):
-    random = np.random.default_rng(7)
-    moving = steadily(0.1, in_pieces)
-    least = 1.0
-    for _ in range(5):
-        scale = float(random.choice((0.2, 0.5, 0.9, 1.0, 1.6, 2.0)))
-        moving.set_path_speed_scale(scale)
-        least = min(least, scale)
-        heights = run(moving, float(random.choice((0.01, 0.05, 0.2))))
-        assert moving.phase is MotionPhase.FOLLOWING
-        assert speeds(heights).min() > 0.3 * least * 0.1
-    assert moving.kept_limits
 
 
 def test_a_lower_speed_scale_slows_a_path_down_that_asks_for_a_speed_and_stops_nothing():

@@ -29,7 +29,7 @@ from motion_machine import (
     run,
     run_to_rest,
 )
-from soak import combined, corners, many, some
+from soak import combined, corners, some
 from strategies import DEFAULT_LIMITS
 
 from benchmarks import followed as bench
@@ -615,17 +615,6 @@ def random_run(
                 moving.set_speed_scale(rng.choice((0.4, 1.0)))
         run(moving, FINE, pieces=4)
     return moving.limit_use(LIMITS)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("machine", "shaper", "in_pieces"),
-    combined((MACHINE, UNEQUAL), (SHAPER, TWO_MODES), (False, True)),
-)
-def test_however_a_target_moves_the_limits_hold(machine, shaper, in_pieces):
-    use = random_run(machine, shaper, 10, in_pieces, many(400))
-    assert use.is_within
-    assert use.largest[1] > 0.7
 
 
 def test_they_would_not_without_the_proof(monkeypatch):

@@ -21,10 +21,8 @@ from motion_machine import (
     platform_velocity,
     run,
     run_to_rest,
-    stormed,
     within,
 )
-from soak import some
 
 from tri_glide_kinematics.motion import (
     MotionKind,
@@ -37,8 +35,6 @@ from tri_glide_kinematics.motion.engine import drive_limits
 from tri_glide_kinematics.motion.moves import own_stop
 from tri_glide_kinematics.motion.shaped import Planned, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-
-SHAPERS = (None, SHAPER, Shaper.of(ShaperKind.ZVD, Mode(30.0, 0.05)))
 
 
 def shaped(kind: MotionKind = MotionKind.SLIDER, **options) -> RecordedEngine:
@@ -55,17 +51,6 @@ def begun(seconds: float, kind: MotionKind = MotionKind.SLIDER) -> RecordedEngin
     moving.move_to(TARGET)
     run(moving, seconds)
     return moving
-
-
-@each_kind
-@pytest.mark.slow
-@pytest.mark.parametrize("in_pieces", some((True, False), 1))
-def test_whatever_is_commanded_the_limits_hold(kind, in_pieces):
-    moving = shaped(kind, in_pieces=in_pieces)
-    plans = moving.plan_number
-    stormed(moving, 2.0, 5, SHAPERS)
-    assert moving.kept_limits
-    assert moving.plan_number - plans > 8
 
 
 def test_what_is_driven_is_checked_for_the_workspace(monkeypatch):

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import random
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +13,6 @@ from motion_machine import (
     MACHINE,
     SHAPER,
     START,
-    TARGET,
     WORKSPACE,
     RecordedEngine,
     assert_rests_at,
@@ -236,40 +233,6 @@ def test_it_may_be_extended_in_motion_at_its_end_and_after_a_change_of_shaper():
         run_to_rest(moving)
         assert moving.kept_limits
     assert moving.path_progress.deviation <= 1e-3 * (1.0 + 1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("in_pieces", some((True, False), 1))
-def test_whatever_comes_between_the_limits_hold(in_pieces):
-    rng = random.Random(8)
-    moving = engine(MotionKind.LINEAR, in_pieces=in_pieces)
-    moving.set_shaper(SHAPER)
-    last, plans = MotionPhase.IDLE, moving.plan_number
-
-    def follow() -> None:
-        steps = [[rng.uniform(-40.0, 40.0) for _ in range(3)] for _ in range(4)]
-        moving.follow(around(*steps, tolerance=rng.choice((0.0, 1e-3, 5e-3))))
-
-    commands = (
-        follow,
-        lambda: moving.move_to(TARGET),
-        moving.stop,
-        moving.pause,
-        moving.resume,
-        lambda: moving.set_speed_scale(rng.choice((0.3, 0.6, 1.0))),
-        lambda: moving.set_shaper(rng.choice((None, *SHAPERS))),
-    )
-    for _ in range(many(1500)):
-        if rng.random() < 12.0 * DT:
-            with suppress(KinematicsError):
-                rng.choices(commands, (3, 1, 1, 2, 3, 1, 1))[0]()
-        rests = moving.phase is MotionPhase.IDLE and not moving.preparing
-        before, after = run(moving, DT, pieces=21)
-        if rests and last is MotionPhase.IDLE:
-            assert math.dist(before, after) < 1e-12
-        last = moving.phase
-    assert moving.kept_limits
-    assert moving.plan_number - plans > many(10)
 
 
 @each_mode

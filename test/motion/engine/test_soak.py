@@ -33,7 +33,8 @@ def test_no_length_of_the_steps_breaks_a_limit(scenario):
     findings = Findings()
     soak(scenario, COARSE_STEPS, seed=seed(42), findings=findings)
     assert findings.violations == []
-    assert findings.still < 0.5 * COARSE_STEPS
+    # A plan with a shaper takes some pieces, one or two in a step.
+    assert findings.still < 0.6 * COARSE_STEPS
     assert findings.peaks[:2].max() == pytest.approx(1.0, abs=0.01)
 
 

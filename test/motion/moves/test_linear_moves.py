@@ -41,25 +41,13 @@ def line_between(start, end) -> StraightLine:
     return StraightLine.between(DEFAULT_GEOMETRY, start, end)
 
 
-@pytest.fixture(scope="module")
-def measured():
-    return measure(MOVES, seed=11)
-
-
 @pytest.mark.slow
-def test_duration_is_near_its_lower_bound(measured):
+def test_moves_take_little_more_than_their_lower_bound_on_their_line_and_within_limits():
+    measured = measure(MOVES, seed=11)
     assert measured.ratios.min() >= 1.0 - 1e-6
     assert measured.ratios.max() <= LARGEST_RATIO
     assert np.median(measured.ratios) < LARGEST_MEDIAN
-
-
-@pytest.mark.slow
-def test_platform_stays_on_the_line(measured):
     assert measured.deviation < LARGEST_DEVIATION
-
-
-@pytest.mark.slow
-def test_sliders_keep_their_limits(measured):
     assert are_within(measured.peaks)
 
 

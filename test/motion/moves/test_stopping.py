@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from motion_machine import LIMITS, MACHINE, engine, run, run_to_rest, within
+from motion_machine import LIMITS, engine, run
 
 from benchmarks.bench_stops import KINDS, Drive, Kind, measure, own_stop, states, stopped
-from tri_glide_kinematics.motion import MotionKind, MotionPhase, PlatformPath
+from tri_glide_kinematics.motion import MotionPhase
 from tri_glide_kinematics.motion.moves import own_stop as shortest
 from tri_glide_kinematics.motion.moves.stopping import LONGEST_ON_LINE
 from tri_glide_kinematics.motion.trajectory import RuckigPlanner
@@ -28,7 +28,6 @@ COUNTS = {
 
 
 # From the start of an arc to its centre [m].
-OUT = np.array((0.05, 0.0, 0.0))
 
 
 def kind_of(name: str) -> Kind:
@@ -76,40 +75,6 @@ def test_a_stop_of_a_line_stays_on_it():
         elif inside:
             assert until_rest < LONGEST_ON_LINE * own + 0.01
     assert left <= 2
-
-
-def test_a_stop_on_a_path_stays_on_it_where_that_takes_little_longer():
-    following = engine(MotionKind.LINEAR)
-    start = np.array(MACHINE.forward(following.state.heights))
-    path = PlatformPath.start(start).arc_about(start + OUT, (0.0, 0.0, 1.0), 6.0, speed=0.4)
-    following.follow(path)
-    run(following, 0.5 * following.remaining)
-    following.stop()
-    heights = run_to_rest(following)
-    assert within(heights)
-    radii = np.linalg.norm(MACHINE.forward_batch(heights) - start - OUT, axis=1)
-    assert np.abs(radii - 0.05).max() < 1e-6
-
-
-def test_a_pause_stays_on_the_path_whatever_that_takes():
-    """A pause that left the path could not go on from where it rests."""
-    following = engine(MotionKind.LINEAR)
-    start = np.array(MACHINE.forward(following.state.heights))
-    corners = start + np.array(((0, 0, 0), (0.04, 0, 0), (0.04, 0.04, 0), (0, 0.04, 0)))
-    path = PlatformPath.through(corners, 0.002)
-    following.follow(path)
-    driven = following.driven_path
-    assert driven is not None
-    places = driven.derivatives(np.linspace(0.0, driven.length, 20_000), 1)[0]
-    for _ in range(10):
-        run(following, 0.03)
-        following.pause()
-        run_to_rest(following)
-        if following.phase is MotionPhase.IDLE:
-            break
-        rest = np.array(MACHINE.forward(following.state.heights))
-        assert np.linalg.norm(places - rest, axis=1).min() < 1e-5
-        following.resume()
 
 
 @pytest.mark.parametrize("second", [(0.3, 0.0, 0.0), (-0.4, 0.2, 0.1), (0.0, 0.0, -0.5)])

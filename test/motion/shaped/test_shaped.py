@@ -212,6 +212,24 @@ def test_limits_are_checked_in_pieces():
         assert sum(1 for _ in checked(each, more)) > 2
 
 
+def test_a_piece_works_on_the_cells_of_one_plan(monkeypatch):
+    back = plan_move(WORKSPACE, LIMITS, END, START)
+    parts = (DrivenPart(0.0, PLAN, 0.0), DrivenPart(0.5 * PLAN.duration, back, 0.0))
+    motion, cells = ShapedTrajectory(MACHINE, SHAPER, parts), []
+    series = CubicPlan.mixed_series
+
+    def noted(plan, machine, times, half):
+        cells[-1].append(len(times))
+        return series(plan, machine, times, half)
+
+    monkeypatch.setattr(CubicPlan, "mixed_series", noted)
+    looking, cells = motion.limit_use(LIMITS.times(9.0, 9.0, 9.0)), [[]]
+    for _ in looking:
+        cells.append([])
+    assert max(map(len, cells)) > 0
+    assert all(sum(piece[:-1]) < 60 for piece in cells), cells
+
+
 def test_travel_that_is_left_is_found_without_a_second_look(monkeypatch):
     motion = shaped(PLAN)
     begin, rest = (np.array(motion.at(time).heights) for time in (0.0, motion.duration))
@@ -255,7 +273,7 @@ def test_a_slow_motion_is_proved_with_little_more_work_than_a_fast_one(kind, mon
             begin += duration
         whole = motion.duration if kind is MotionKind.SLIDER else SHAPER.duration
         assert begin == pytest.approx(whole)
-    assert (np.max(work[1:], axis=0) <= (3 * work[0][0], 20, 200)).all(), work
+    assert (np.max(work[1:], axis=0) <= (4 * work[0][0], 20, 200)).all(), work
 
 
 def test_a_motion_that_is_over_keeps_all_limits():

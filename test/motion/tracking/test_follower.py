@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from motion_machine import DT, LIMITS, MACHINE, WORKSPACE, WORKSPACES, limit_use
+from motion_machine import LIMITS, MACHINE, WORKSPACE, WORKSPACES
 from motion_plans import LIMITS as UNEQUAL
 from motion_plans import peaks
 from soak import corners
@@ -114,17 +114,6 @@ def test_whatever_is_wanted_each_step_leaves_a_way_to_rest(name, period):
         assert np.isfinite(np.array(run.state)).all()
     assert taken > 60
     assert 0 < run.refused
-
-
-def test_setpoints_keep_the_limits_by_their_differences():
-    """What a drive sees, with no look at the steps."""
-    run = TrackingRun()
-    wishes = RandomWishes(np.random.default_rng(1))
-    for _ in range(800):
-        run.step(wishes.next(DT), LIMITS, DT)
-    use = limit_use(np.array([state.heights for state in run.states]))
-    assert use.is_within
-    assert use.largest.min() > 0.9
 
 
 @pytest.mark.parametrize(

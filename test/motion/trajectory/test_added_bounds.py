@@ -155,7 +155,7 @@ class CountedSpeed(PlatformSpeedLimit):
 @pytest.mark.parametrize("kind", MotionKind)
 def test_a_piece_makes_series_of_few_cells_or_asks_a_bound_in_them(kind, monkeypatch):
     bound = CountedSpeed(MACHINE, 0.25)
-    slow = SliderLimits.uniform(0.002, 10.0, 200.0).with_added(bound)
+    slow = SliderLimits.uniform(0.02, 10.0, 200.0).with_added(bound)
     motion = plan_move(WORKSPACE, slow, (-0.1, 0.0, 0.3), (0.1, 0.0, 0.3), kind=kind)
     computations = [added_use(motion, bound)]
     if isinstance(motion, LinePlan):

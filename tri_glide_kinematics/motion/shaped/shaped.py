@@ -274,6 +274,13 @@ class ShapedTrajectory(Trajectory):
 
     def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series of the platform's position."""
+        series = at_once(self._mean_series(machine, times, half))
+        return series, np.zeros(len(times), dtype=bool)
+
+    def _mean_series(
+        self, machine: TriGlide, times: FloatArray, half: FloatArray
+    ) -> Interruptible[Series]:
+        """Return Taylor series of the platform's position, the mean of those of all copies."""
         delays = self.shaper.times
         before = -np.subtract.outer(delays, times).ravel()
         halves = np.tile(half, len(delays))
@@ -281,13 +288,13 @@ class ShapedTrajectory(Trajectory):
         # Before the first part there was rest where it begins.
         past = np.array([part.begin - part.skipped for part in self.driven])
         plans = [part.plan for part in self.driven]
-        mixed = joined_series(plans, owner, machine, before - past[owner], halves)
+        mixed = yield from joined_series(plans, owner, machine, before - past[owner], halves)
         shape = (ORDERS, 3, len(delays), len(times))
         mean = (
             np.einsum("omkn,k->omn", each.reshape(shape), self.shaper.amplitudes)
             for each in positions(machine, *mixed, halves)
         )
-        return Series(*mean), np.zeros(len(times), dtype=bool)
+        return Series(*mean)
 
     def limit_use(
         self, limits: SliderLimits, since: float = 0.0, region: Workspace | None = None
@@ -315,7 +322,7 @@ class ShapedTrajectory(Trajectory):
             settled = half <= 0.5 * SHORTEST_CELL
             for first in range(0, len(middles), together):
                 some = slice(first, first + together)
-                position = self.platform_series(self._machine, middles[some], half[some])
+                position = yield from self._mean_series(self._machine, middles[some], half[some])
                 yield
                 added = []
                 for bound in limits.added:

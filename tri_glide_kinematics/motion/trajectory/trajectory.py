@@ -282,7 +282,8 @@ class SequencePlan(Trajectory):
         shifted = times + self._skipped
         owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
         begins = np.array([0.0, *self._ends[:-1]])
-        return joined_series(self._plans, owner, machine, shifted - begins[owner], half)
+        times = shifted - begins[owner]
+        return at_once(joined_series(self._plans, owner, machine, times, half))
 
     def parts(self, time: float) -> list[tuple[Trajectory, float]]:
         """Return the plans that are not over at ``time`` [s], and how much of each is past."""
@@ -295,13 +296,17 @@ class SequencePlan(Trajectory):
         ]
 
 
+# Series of so many cells take half a millisecond.
+CELLS_IN_PIECE = 60
+
+
 def joined_series(
     plans: Sequence[Trajectory],
     owner: Indices,
     machine: TriGlide,
     times: FloatArray,
     half: FloatArray,
-) -> MixedSeries:
+) -> Interruptible[MixedSeries]:
     """Return Taylor series in cells, each of one of several plans; see ``Trajectory.mixed_series``.
 
     Args:
@@ -313,10 +318,15 @@ def joined_series(
     """
     series = Series(*np.empty((2, ORDERS, 3, len(times))))
     of_sliders = np.empty(len(times), dtype=bool)
+    cells = 0
     for index in sorted(set(owner.tolist())):
         mine = owner == index
         part, of_sliders[mine] = plans[index].mixed_series(machine, times[mine], half[mine])
         series.put(mine, part)
+        cells += int(np.count_nonzero(mine))
+        if cells >= CELLS_IN_PIECE:
+            yield
+            cells = 0
     return series, of_sliders
 
 

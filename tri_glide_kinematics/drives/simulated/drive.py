@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import ceil, inf
 
-from tri_glide_kinematics.drives.dictionary import Abort, AbortError, Address, described
 from tri_glide_kinematics.drives.frames import CobId, Frame
-from tri_glide_kinematics.drives.simulated_axis import HEARTBEAT_LOST, SimulatedAxis, Slider
+from tri_glide_kinematics.drives.simulated.axis import HEARTBEAT_LOST, SimulatedAxis, Slider
+from tri_glide_kinematics.drives.simulated.dictionary import Abort, AbortError, Address, described
 
 # A step of the simulation is no longer than this [s].
 LONGEST_STEP = 0.001

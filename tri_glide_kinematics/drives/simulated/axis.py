@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum
 from math import copysign, sqrt
 
-from tri_glide_kinematics.drives.dictionary import Address
+from tri_glide_kinematics.drives.simulated.dictionary import Address
 
 HOMING, CYCLIC_POSITION = 6, 8
 # Methods of homing that look for a switch: the way to it.
