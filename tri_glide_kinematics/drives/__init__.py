@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.playout import SetpointRefusedError as SetpointRefusedError
     from tri_glide_kinematics.drives.playout import farthest_off as farthest_off
     from tri_glide_kinematics.drives.simulated.axis import Slider as Slider
-    from tri_glide_kinematics.drives.simulated.axis import State as State
     from tri_glide_kinematics.drives.simulated.axis import Switch as Switch
     from tri_glide_kinematics.drives.simulated.dictionary import AbortError as AbortError
     from tri_glide_kinematics.drives.simulated.dictionary import described as described

@@ -90,7 +90,7 @@ class Axis:
     @property
     def text(self) -> str:
         """What it is, for people, with the codes of its errors."""
-        text = f"{self.name}: {self.state.value if self.state else 'not heard'}"
+        text = f"{self.name}: {self.state.text if self.state is not None else 'not heard'}"
         code = self._error_code
         if code is not None:
             told = f"0x{code.value:04X}" if code.is_done and not code.error else "not read"

@@ -79,6 +79,14 @@ _SETTLED = (
 )
 
 
+def _word_towards_switched_on(axis: Axis) -> int:
+    """Return the control word that leads a drive to SWITCHED ON, and no farther."""
+    if axis.state in (None, *FAULTS, DriveState.QUICK_STOP_ACTIVE):
+        return cia402.DISABLE_VOLTAGE
+    is_disabled = axis.state is DriveState.SWITCH_ON_DISABLED
+    return cia402.SHUTDOWN if is_disabled else cia402.SWITCH_ON
+
+
 class DriveGroup:
     """Three drives on a bus.
 
@@ -408,7 +416,7 @@ class DriveGroup:
         self._is_leading = True
         if not self._resets:
             for axis in self._axes:
-                if axis.state in (*FAULTS, DriveState.QUICK_STOP):
+                if axis.state in (*FAULTS, DriveState.QUICK_STOP_ACTIVE):
                     raise axis.error("has stopped before: it takes a reset, which ends its torque")
         yield from self._wait(self._rests_at)
         self._word = lambda axis: (
@@ -429,8 +437,8 @@ class DriveGroup:
         if self._is_enabled:
             return
         # From a quick stop that holds, torque goes on.
-        if any(axis.state is not DriveState.QUICK_STOP for axis in self._axes):
-            self._word = lambda axis: cia402.word_towards_switched_on(axis.state)
+        if any(axis.state is not DriveState.QUICK_STOP_ACTIVE for axis in self._axes):
+            self._word = _word_towards_switched_on
             yield from self._until_state(DriveState.SWITCHED_ON)
         yield from self._hold()
         # The targets are there for a cycle before anything acts on them.
@@ -495,7 +503,11 @@ class DriveGroup:
             # The drive closes its brake first.
             self._is_enabled = False
             self._tell(cia402.SWITCH_ON)
-            has_ended = (DriveState.SWITCHED_ON, DriveState.READY, DriveState.SWITCH_ON_DISABLED)
+            has_ended = (
+                DriveState.SWITCHED_ON,
+                DriveState.READY_TO_SWITCH_ON,
+                DriveState.SWITCH_ON_DISABLED,
+            )
             yield from self._until(lambda axis: axis.state in has_ended, LEADING, "SWITCHED ON")
         yield from self._letting_go()
         yield from self._until_off()
@@ -545,7 +557,7 @@ class DriveGroup:
             yield
 
     def _until_state(self, state: DriveState) -> Steps:
-        return self._until(lambda axis: axis.state is state, LEADING, state.value)
+        return self._until(lambda axis: axis.state is state, LEADING, state.text)
 
     def _until(self, fits: Callable[[Axis], bool], seconds: float, wanted: str) -> Steps:
         end = self._now + seconds

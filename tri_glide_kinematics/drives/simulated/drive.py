@@ -328,6 +328,6 @@ class SimulatedDrive:
         self.axis.errors.clear()
         if self.axis.state != self._told:
             self._told = self.axis.state
-            self.history.append((self._now, self.axis.state.name.replace("_", " ")))
+            self.history.append((self._now, self.axis.state.text))
             if self.objects[TPDO, 2] > 240 and self.network_state == OPERATIONAL:
                 self._send_status()
