@@ -6,6 +6,8 @@ from collections import deque
 from collections.abc import Callable, Generator
 
 from tri_glide_kinematics.drives.bus import (
+    BOOTING,
+    OPERATIONAL,
     Bus,
     Emergency,
     Entry,
@@ -26,9 +28,6 @@ AVERAGED = 32
 
 # More answers than SYNCs, by so many, come of a second drive; those of so many SYNCs may be late.
 SURPLUS, LATE = 20, 500
-
-# States of NMT.
-BOOT_UP, OPERATIONAL = 0, 5
 
 Steps = Generator[None, None, None]
 
@@ -132,7 +131,7 @@ class Axis:
                 self._has_alarm |= event.code != 0
             elif isinstance(event, Heartbeat):
                 self.network_state, self._beat_at = event.state, event.time
-                if event.state == BOOT_UP:
+                if event.state == BOOTING:
                     self.has_restarted, self.is_homed = True, False
         if answers or not is_cycling:
             self._answered_at = now

@@ -9,7 +9,7 @@ from tri_glide_kinematics.errors import KinematicsError
 
 
 class DriveError(KinematicsError):
-    """A drive does not do what it is asked for; the text names the axis, object and numbers."""
+    """A drive does not do what it is asked for, or cannot: the text says which, and numbers."""
 
     def __init__(self, text: str, axis: int | None = None) -> None:
         """Store what is wrong, and the number of the ``axis`` from 1, if it is one."""

@@ -12,8 +12,16 @@ from enum import Enum
 from statistics import fmean
 
 from tri_glide_kinematics.drives import cia402
-from tri_glide_kinematics.drives.axis import AVERAGED, OPERATIONAL, Axis, Steps
-from tri_glide_kinematics.drives.bus import Bus, BusError, Command, Event, Foreign
+from tri_glide_kinematics.drives.axis import AVERAGED, Axis, Steps
+from tri_glide_kinematics.drives.bus import (
+    OPERATIONAL,
+    START,
+    Bus,
+    BusError,
+    Command,
+    Event,
+    Foreign,
+)
 from tri_glide_kinematics.drives.cia402 import FAULTS, DriveError, DriveState, Mode
 from tri_glide_kinematics.drives.group_settings import LARGEST_GOOD_LOAD, GroupSettings
 from tri_glide_kinematics.drives.homing import Search
@@ -39,9 +47,6 @@ JUMP = 1.6
 
 # A quick stop takes no longer than from the largest speed to rest, and this [s].
 REACTING = 0.1
-
-# Command of NMT to be operational.
-START = 1
 
 
 class GroupState(Enum):

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import ceil, inf
 
+from tri_glide_kinematics.drives.bus import BOOTING, OPERATIONAL, PRE_OPERATIONAL, STOPPED
 from tri_glide_kinematics.drives.frames import CobId, Frame
 from tri_glide_kinematics.drives.simulated.axis import HEARTBEAT_LOST, SimulatedAxis, Slider
 from tri_glide_kinematics.drives.simulated.dictionary import Abort, AbortError, Address, described
@@ -22,8 +23,6 @@ BOOT_TIME = 0.05
 
 # An RPDO that is shorter than what is mapped.
 TOO_SHORT = 0x8210
-
-BOOTING, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0, 4, 5, 127
 
 RPDOS, TPDO = (0x1400, 0x1401), 0x1800
 MAPPING = 0x200
