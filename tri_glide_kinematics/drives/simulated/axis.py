@@ -143,7 +143,7 @@ class SimulatedAxis:
         elif state is DriveState.READY_TO_SWITCH_ON:
             self._go(DriveState.SWITCHED_ON)
         elif word & 0x08:
-            may = state is DriveState.QUICK_STOP_ACTIVE and self._objects[0x605A, 0] >= 5
+            may = state is DriveState.QUICK_STOP_ACTIVE and self._objects[0x605A, 0] == 6
             if state is DriveState.SWITCHED_ON or may:
                 self._go(enabled)
             self._next = None
@@ -191,18 +191,13 @@ class SimulatedAxis:
         noise = self._random.gauss(0.0, self.slider.noise) if self.slider.noise else 0.0
         objects = self._objects
         objects[0x6064, 0] = round(self.position + noise) - self._zero
-        objects[0x606C, 0] = round(self.velocity)
-        objects[0x6062, 0] = round(self._demand) - self._zero
-        objects[0x60FD, 0] = sum(
-            bit for bit, way in ((1, -1), (2, 1)) if self.slider.is_on_switch(way, self.position)
-        )
         word = self.state | 0x210
         mode = objects[0x6061, 0]
         if mode == Mode.HOMING:
             done = not self._phase and self._rate == 0.0
             word |= 0x400 * done | 0x1000 * (self._is_homed and done) | 0x2000 * self._homing_failed
         elif mode == Mode.POSITION and self.state is DriveState.OPERATION_ENABLED:
-            word |= 0x1000 | 0x800 * (self._target() != objects[0x607A, 0] + self._zero)
+            word |= 0x1000
         objects[0x6041, 0] = word
 
     def step(self, dt: float) -> None:
@@ -231,12 +226,8 @@ class SimulatedAxis:
     def _lead(self, dt: float) -> None:
         """Move what the slider follows."""
         if self.state is not DriveState.OPERATION_ENABLED or self._next is not None:
-            option = {
-                DriveState.QUICK_STOP_ACTIVE: (0x605A, 0),
-                DriveState.FAULT_REACTION_ACTIVE: (0x605E, 0),
-            }
-            quick = self._objects.get(option.get(self.state, (0, 0)), 0) not in (0, 1, 5)
-            self._ramp(0.0, self._objects[0x6085 if quick else 0x6084, 0], dt)
+            is_slow = self.state is DriveState.OPERATION_ENABLED
+            self._ramp(0.0, self._objects[0x6084 if is_slow else 0x6085, 0], dt)
             if self._rate == 0.0 and self._next is not None:
                 self._go(self._next)
         elif self._objects[0x6061, 0] == Mode.HOMING:
@@ -301,7 +292,7 @@ class SimulatedAxis:
         self._demand, self._rate = self.position, self.velocity
         if state is DriveState.FAULT_REACTION_ACTIVE:
             self._next = DriveState.FAULT
-        elif self._objects[0x605A, 0] < 5:
+        elif self._objects[0x605A, 0] == 2:
             self._next = DriveState.SWITCH_ON_DISABLED
 
     def _go(self, state: DriveState) -> None:
