@@ -45,6 +45,8 @@ class Axis:
         position: the newest, in counts.
         positions: the newest ones that are averaged, the newest at last.
         velocity: from one SYNC to the next [m/s].
+        target: what it is told, in counts; None for where it is.
+        rate: velocity that it is told, in counts/s.
         network_state: by its newest heartbeat; None before the first one.
         has_restarted: whether it has told its start.
         is_homed: whether its counts tell the height.
@@ -68,6 +70,8 @@ class Axis:
         self.state: DriveState | None = None
         self.status_word = 0
         self.position, self.velocity = 0, 0.0
+        self.target: int | None = None
+        self.rate = 0
         self.positions: deque[int] = deque(maxlen=AVERAGED)
         self.network_state: int | None = None
         self.has_restarted = False
