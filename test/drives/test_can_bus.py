@@ -22,11 +22,11 @@ from tri_glide_kinematics.drives import (
     BusError,
     CanBus,
     Command,
+    DriveState,
     Emergency,
     Event,
     Foreign,
     SimulatedDrive,
-    State,
     Status,
     Terminals,
     described,
@@ -332,4 +332,4 @@ def test_faults_are_typed_as_they_are_called():
         with pytest.raises(ValueError, match="must be the node of a drive"):
             simulated_drives.make_wrong({2: drive}, line)
     simulated_drives.make_wrong({2: drive}, "2 fault 0x7500")
-    assert drive.axis.state is State.FAULT
+    assert drive.axis.state is DriveState.FAULT

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.drives.bus import Bus as Bus
     from tri_glide_kinematics.drives.bus import BusError as BusError
     from tri_glide_kinematics.drives.bus import Command as Command
     from tri_glide_kinematics.drives.bus import Emergency as Emergency
@@ -13,7 +12,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.bus import Event as Event
     from tri_glide_kinematics.drives.bus import Foreign as Foreign
     from tri_glide_kinematics.drives.bus import Heartbeat as Heartbeat
-    from tri_glide_kinematics.drives.bus import PendingTransfer as PendingTransfer
     from tri_glide_kinematics.drives.bus import Status as Status
     from tri_glide_kinematics.drives.bus import Transfer as Transfer
     from tri_glide_kinematics.drives.can_bus import CanBus as CanBus
@@ -34,11 +32,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.playout import SetpointRefusedError as SetpointRefusedError
     from tri_glide_kinematics.drives.playout import farthest_off as farthest_off
     from tri_glide_kinematics.drives.simulated.axis import Slider as Slider
-    from tri_glide_kinematics.drives.simulated.axis import State as State
     from tri_glide_kinematics.drives.simulated.axis import Switch as Switch
     from tri_glide_kinematics.drives.simulated.dictionary import AbortError as AbortError
     from tri_glide_kinematics.drives.simulated.dictionary import described as described
-    from tri_glide_kinematics.drives.simulated.drive import DriveFaults as DriveFaults
     from tri_glide_kinematics.drives.simulated.drive import SimulatedDrive as SimulatedDrive
     from tri_glide_kinematics.drives.simulated.terminals import Terminals as Terminals
     from tri_glide_kinematics.drives.slcan import LineReader as LineReader
