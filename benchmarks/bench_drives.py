@@ -61,7 +61,8 @@ def _far_end(tells: Connection, has_drives: bool) -> None:
     terminals = Terminals()
     tells.send(terminals.paths[0])
     stamps = _Stamps(() if has_drives else ANSWERS)
-    drives = [SimulatedDrive(node) for node in (1, 2, 3)] if has_drives else []
+    nodes = (1, 2, 3) if has_drives else ()
+    drives = [SimulatedDrive(node, now=time.monotonic()) for node in nodes]
 
     def look() -> bool:
         if tells.poll():
@@ -92,7 +93,8 @@ def _send(channel: str, reads: bool) -> None:
 
 def figures() -> Iterator[Figure]:
     """Watch the node and each of the two at the same time, on a core each."""
-    for reads, goals in ((False, (1.5, 1.2)), (True, (1.5, None))):
+    # Who leads drives has to read what they answer.
+    for reads, goals in ((False, (None, 1.2)), (True, (1.5, None))):
         reference = f"python-can, frames alone, answers {'read' if reads else 'left alone'}"
         ours, theirs = _watched(reads)
         for what, goal, one, other in zip(

@@ -8,10 +8,10 @@ from testing.simulated_bus import SimulatedBus
 from tri_glide_kinematics.drives import (
     Command,
     Event,
-    PendingTransfer,
     SimulatedDrive,
     Slider,
     Status,
+    Transfer,
     described,
 )
 
@@ -73,18 +73,18 @@ class Rig:
             if isinstance(event, Status):
                 self.statuses[event.node] = event
 
-    def done(self, transfer: PendingTransfer) -> PendingTransfer:
+    def done(self, transfer: Transfer) -> Transfer:
         for _ in range(1000):
             if transfer.is_done:
                 return transfer
             self.pass_time(PERIOD)
         raise AssertionError("the transfer does not end")
 
-    def write(self, index: int, subindex: int, value: int, node: int = 1) -> PendingTransfer:
+    def write(self, index: int, subindex: int, value: int, node: int = 1) -> Transfer:
         entry = described(node)[index, subindex].entry
         return self.done(self.bus.write(node, entry, value))
 
-    def read(self, index: int, subindex: int = 0, node: int = 1) -> PendingTransfer:
+    def read(self, index: int, subindex: int = 0, node: int = 1) -> Transfer:
         return self.done(self.bus.read(node, described(node)[index, subindex].entry))
 
     def set_up(self) -> None:

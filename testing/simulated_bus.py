@@ -13,8 +13,8 @@ from tri_glide_kinematics.drives import (
     Entry,
     Event,
     Frame,
-    PendingTransfer,
     SimulatedDrive,
+    Transfer,
     cycle_frames,
     event_of,
 )
@@ -46,7 +46,7 @@ class SimulatedBus:
         self._own = own
         self._came: list[Event] = []
         # Transfers of each drive, and when the first of them is done at the earliest.
-        self._transfers: dict[int, deque[tuple[PendingTransfer, bool]]] = {}
+        self._transfers: dict[int, deque[tuple[Transfer, bool]]] = {}
         self._begun: dict[int, float] = {}
 
     def advance(self, now: float) -> None:
@@ -64,13 +64,13 @@ class SimulatedBus:
         if event is not None and not self.is_off and not self.is_lost(frame):
             self._came.append(event)
 
-    def read(self, node: int, entry: Entry) -> PendingTransfer:
+    def read(self, node: int, entry: Entry) -> Transfer:
         """Begin to read an entry."""
-        return self._begin(node, PendingTransfer(entry), writes=False)
+        return self._begin(node, Transfer(entry), writes=False)
 
-    def write(self, node: int, entry: Entry, value: int) -> PendingTransfer:
+    def write(self, node: int, entry: Entry, value: int) -> Transfer:
         """Begin to write an entry."""
-        return self._begin(node, PendingTransfer(entry, value), writes=True)
+        return self._begin(node, Transfer(entry, value), writes=True)
 
     def send_state(self, node: int, command: int) -> None:
         """Send a command of NMT."""
@@ -106,7 +106,7 @@ class SimulatedBus:
                 drive.receive(frame)
         self.advance(self.now)
 
-    def _begin(self, node: int, transfer: PendingTransfer, *, writes: bool) -> PendingTransfer:
+    def _begin(self, node: int, transfer: Transfer, *, writes: bool) -> Transfer:
         self._check()
         waiting = self._transfers.setdefault(node, deque())
         waiting.append((transfer, writes))

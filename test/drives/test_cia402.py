@@ -5,13 +5,13 @@ import pytest
 from tri_glide_kinematics.drives import DriveState, bus_load, state_of
 
 WORDS = {
-    0x00: DriveState.NOT_READY,
+    0x00: DriveState.NOT_READY_TO_SWITCH_ON,
     0x40: DriveState.SWITCH_ON_DISABLED,
-    0x21: DriveState.READY,
+    0x21: DriveState.READY_TO_SWITCH_ON,
     0x23: DriveState.SWITCHED_ON,
     0x27: DriveState.OPERATION_ENABLED,
-    0x07: DriveState.QUICK_STOP,
-    0x0F: DriveState.FAULT_REACTION,
+    0x07: DriveState.QUICK_STOP_ACTIVE,
+    0x0F: DriveState.FAULT_REACTION_ACTIVE,
     0x08: DriveState.FAULT,
 }
 

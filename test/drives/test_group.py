@@ -14,17 +14,17 @@ from tri_glide_kinematics.drives import (
     BusError,
     Command,
     DriveError,
+    DriveState,
     GroupState,
     Setpoint,
     SimulatedDrive,
-    State,
 )
 from tri_glide_kinematics.errors import KinematicsError
 
-WITH_TORQUE = {State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE}
+WITH_TORQUE = {DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE}
 
 
-def states(rig: GroupRig) -> list[State]:
+def states(rig: GroupRig) -> list[DriveState]:
     return [drive.axis.state for drive in rig.drives]
 
 
@@ -101,7 +101,7 @@ def test_what_happens_to_one_drive_stops_the_others_within_two_periods(happen, t
     began = rig.now
     happen(rig.drives[1])
     others = rig.drives[0], rig.drives[2]
-    rig.until_true(lambda: all(d.axis.state is State.QUICK_STOP_ACTIVE for d in others))
+    rig.until_true(lambda: all(d.axis.state is DriveState.QUICK_STOP_ACTIVE for d in others))
     assert rig.now - began <= noticed + 2 * PERIOD + 1e-9
     assert rig.group.state is GroupState.FAULT
     assert rig.group.heights is None and rig.group.velocities is None
@@ -112,7 +112,7 @@ def test_what_happens_to_one_drive_stops_the_others_within_two_periods(happen, t
     # A reset enables nothing, and one that does not help says so.
     rig.group.reset(rig.now)
     rig.until_true(lambda: rig.group.state is not GroupState.SILENT)
-    assert State.OPERATION_ENABLED not in states(rig)
+    assert DriveState.OPERATION_ENABLED not in states(rig)
     if happen is not fall_silent and happen is not lose_answers:
         assert rig.group.state is GroupState.OFF
         assert rig.group.is_homed == (happen is not lose_power)
@@ -135,7 +135,7 @@ def test_vendor_bits_change_nothing():
         (0.86, 0.86, 0.86), homing_speed=0.2, homing_slow_speed=0.05, homing_acceleration=4.0
     )
     for drive in rig.drives:
-        drive.axis.vendor_bits = 0xC180
+        drive.faults.vendor_bits = 0xC180
     rig.homed().swing(0.5)
     assert rig.group.state is GroupState.ON
 
@@ -154,7 +154,7 @@ def test_setpoints_that_cease_end_in_rest_and_late_ones_are_not_carried_out():
     assert "no setpoints come" in rig.group.message and rig.group.heights is not None
     assert not rig.group.put(late, rig.now)
     rig.run(0.5)
-    assert rig.true_heights == place and set(states(rig)) == {State.OPERATION_ENABLED}
+    assert rig.true_heights == place and set(states(rig)) == {DriveState.OPERATION_ENABLED}
     rig.group.enable(rig.now)
     rig.swing(0.5, reach=0.01)
     assert rig.group.state is GroupState.ON and rig.true_heights != place
@@ -163,7 +163,7 @@ def test_setpoints_that_cease_end_in_rest_and_late_ones_are_not_carried_out():
 def test_disabling_in_motion_brakes_first_and_takes_the_torque_last():
     rig = in_motion()
     rig.group.disable(rig.now)
-    rig.until_true(lambda: set(states(rig)) != {State.OPERATION_ENABLED})
+    rig.until_true(lambda: set(states(rig)) != {DriveState.OPERATION_ENABLED})
     assert all(abs(drive.axis.velocity) < 1_000.0 for drive in rig.drives)
     rig.off()
 
@@ -185,7 +185,7 @@ def test_an_enabling_while_they_brake_is_carried_out_at_rest(disable):
     rig.group.enable(rig.now)
     rig.group.disable(rig.now)
     rig.off().run(0.5)
-    assert set(states(rig)) == {State.SWITCH_ON_DISABLED}
+    assert set(states(rig)) == {DriveState.SWITCH_ON_DISABLED}
 
 
 def test_setpoints_from_somewhere_else_are_not_followed():
@@ -212,7 +212,7 @@ def test_a_mode_that_is_not_confirmed_gives_no_torque():
     rig.group.enable(rig.now)
     rig.until(GroupState.FAULT)
     assert "axis 3 (node 3) shows mode 0 (0x6061), 8 was asked for" in rig.group.message
-    assert set(states(rig)) == {State.SWITCH_ON_DISABLED}
+    assert set(states(rig)) == {DriveState.SWITCH_ON_DISABLED}
 
 
 def broken(rig: GroupRig, name: str) -> Callable[..., None]:
@@ -236,7 +236,7 @@ def test_a_bus_that_is_lost_is_told_at_once_and_nothing_is_sent_until_a_reset(na
     rig.run(1.0)
     assert len(rig.bus.sent) == count
     # The drives have missed the heartbeat, and hold.
-    assert State.QUICK_STOP_ACTIVE in states(rig)
+    assert DriveState.QUICK_STOP_ACTIVE in states(rig)
     for call in (rig.group.enable, rig.group.home, rig.group.disable):
         with pytest.raises(DriveError, match=f"BUS_LOST, cannot {name}"):
             call(rig.now)
@@ -277,7 +277,7 @@ def test_of_two_that_lead_the_same_drives_the_second_sends_nothing():
     rig.step()
     assert rig.group.state is GroupState.FAULT and "COB-ID 0x080" in rig.group.message
     rig.step()
-    assert set(states(rig)) == {State.QUICK_STOP_ACTIVE}
+    assert set(states(rig)) == {DriveState.QUICK_STOP_ACTIVE}
 
 
 def test_two_drives_with_one_node_id_are_found():
@@ -294,11 +294,11 @@ def test_a_computer_that_was_away_does_not_go_on():
     rig = in_motion()
     rig.now += 0.2
     rig.bus.advance(rig.now)
-    assert set(states(rig)) == {State.QUICK_STOP_ACTIVE}
+    assert set(states(rig)) == {DriveState.QUICK_STOP_ACTIVE}
     rig.group.step(rig.now)
     assert rig.group.state is GroupState.FAULT
     rig.run(1.0)
-    assert set(states(rig)) == {State.QUICK_STOP_ACTIVE}
+    assert set(states(rig)) == {DriveState.QUICK_STOP_ACTIVE}
 
 
 def test_drives_that_have_stopped_before_the_start_keep_their_torque_until_a_reset():
@@ -309,6 +309,6 @@ def test_drives_that_have_stopped_before_the_start_keep_their_torque_until_a_res
     again.group.__init__(rig.bus, again.settings)  # type: ignore[misc]
     again.until(GroupState.FAULT)
     assert "takes a reset" in again.group.message
-    assert set(states(rig)) == {State.QUICK_STOP_ACTIVE}
+    assert set(states(rig)) == {DriveState.QUICK_STOP_ACTIVE}
     again.group.reset(again.now)
     again.off()

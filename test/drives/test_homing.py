@@ -8,7 +8,7 @@ import pytest
 from group_rig import PERIOD, QUICK, GroupRig
 from soak import many, seed
 
-from tri_glide_kinematics.drives import DriveError, GroupState, State, Switch
+from tri_glide_kinematics.drives import DriveError, DriveState, GroupState, Switch
 
 TOP = 0.88
 
@@ -23,7 +23,7 @@ def all_stop_within(rig: GroupRig, seconds: float) -> None:
     """Go on until all have come to rest; they begin to brake in the same cycle."""
     rig.until(GroupState.FAULT, seconds=seconds)
     rig.run(2 * PERIOD)
-    assert all(drive.axis.state is not State.OPERATION_ENABLED for drive in rig.drives)
+    assert all(drive.axis.state is not DriveState.OPERATION_ENABLED for drive in rig.drives)
     rig.run(0.2)
     assert all(drive.axis.velocity == 0.0 for drive in rig.drives)
     assert not rig.group.is_homed and rig.group.heights is None
@@ -115,7 +115,7 @@ def test_a_homing_that_is_cancelled_brakes_and_holds():
     rig = homing((0.5, 0.5, 0.5)).run(0.5)
     rig.group.cancel_home(rig.now)
     rig.until(GroupState.HOLDING)
-    assert {drive.axis.state for drive in rig.drives} == {State.QUICK_STOP_ACTIVE}
+    assert {drive.axis.state for drive in rig.drives} == {DriveState.QUICK_STOP_ACTIVE}
     assert all(drive.axis.velocity == 0.0 for drive in rig.drives)
     assert "cancelled" in rig.group.message and not rig.group.is_homed
     with pytest.raises(DriveError):

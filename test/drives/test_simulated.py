@@ -8,7 +8,7 @@ import random
 import pytest
 from drive_rig import ENABLE, PERIOD, QUICK_STOP, RESET, SHUT_DOWN, Rig
 
-from tri_glide_kinematics.drives import Emergency, Heartbeat, Slider, State, Switch
+from tri_glide_kinematics.drives import DriveState, Emergency, Heartbeat, Slider, Switch
 
 TOP = 580_000
 
@@ -17,7 +17,7 @@ def enabled(*positions: float, slider: Slider | None = None) -> Rig:
     rig = Rig(positions or (300_000.0,), slider)
     rig.set_up()
     rig.enable()
-    assert all(drive.axis.state is State.OPERATION_ENABLED for drive in rig.drives)
+    assert all(drive.axis.state is DriveState.OPERATION_ENABLED for drive in rig.drives)
     return rig
 
 
@@ -84,22 +84,22 @@ def test_it_follows_and_a_quick_stop_brakes_and_keeps_torque():
     steps = [a - b for a, b in itertools.pairwise(speeds)]
     assert max(steps) == pytest.approx(10_000.0)
     assert speeds[-1] == 0.0
-    assert status.status_word & 0x6F == State.QUICK_STOP_ACTIVE
+    assert status.status_word & 0x6F == DriveState.QUICK_STOP_ACTIVE
     # By 0x605A = 6, it is enabled again from there.
     rig.cycle(ENABLE, status.position)
-    assert rig.drive.axis.state is State.OPERATION_ENABLED
+    assert rig.drive.axis.state is DriveState.OPERATION_ENABLED
 
 
 @pytest.mark.parametrize(
     ("option", "state"),
     [
-        (0, State.OPERATION_ENABLED),
-        (1, State.FAULT),
-        (2, State.SWITCH_ON_DISABLED),
-        (3, State.QUICK_STOP_ACTIVE),
+        (0, DriveState.OPERATION_ENABLED),
+        (1, DriveState.FAULT),
+        (2, DriveState.SWITCH_ON_DISABLED),
+        (3, DriveState.QUICK_STOP_ACTIVE),
     ],
 )
-def test_a_lost_heartbeat_acts_by_0x6007_within_its_time(option: int, state: State):
+def test_a_lost_heartbeat_acts_by_0x6007_within_its_time(option: int, state: DriveState):
     rig = enabled()
     rig.write(0x6007, 0, option)
     moving(rig)
@@ -119,15 +119,15 @@ def test_a_fault_brakes_lets_go_and_is_reset_by_an_edge():
     moving(rig)
     rig.drive.axis.fail(0x7500)
     rig.cycle(ENABLE, 0)
-    assert rig.drive.axis.state is State.FAULT_REACTION_ACTIVE
+    assert rig.drive.axis.state is DriveState.FAULT_REACTION_ACTIVE
     rig.pass_time(2.0)
-    assert rig.drive.axis.state is State.FAULT
+    assert rig.drive.axis.state is DriveState.FAULT
     assert rig.read(0x603F).value == 0x7500
     # Nothing holds it: it has fallen.
     assert rig.drive.axis.position == 0.0
     for word in (0x80, 0x80, 0x00):
         rig.cycle(word, 0)
-    assert rig.drive.axis.state is State.SWITCH_ON_DISABLED
+    assert rig.drive.axis.state is DriveState.SWITCH_ON_DISABLED
     codes = [event.code for event in rig.events if isinstance(event, Emergency)]
     assert codes == [0x7500, 0]
 
@@ -192,13 +192,13 @@ def test_vendor_bits_lost_statuses_and_noise_change_no_state():
     positions = {rig.cycle(ENABLE, target).position for _ in range(100)}
     assert len(positions) > 3
     assert rig.statuses[1].status_word & 0xC100 == 0xC100
-    assert rig.drive.axis.state is State.OPERATION_ENABLED
+    assert rig.drive.axis.state is DriveState.OPERATION_ENABLED
     assert rig.drive.axis.velocity == 0.0
 
 
 def test_operation_is_left_without_an_error():
     rig = enabled()
     rig.drive.axis.drop_out()
-    assert rig.cycle(ENABLE, 0).status_word & 0x6F == State.SWITCH_ON_DISABLED
+    assert rig.cycle(ENABLE, 0).status_word & 0x6F == DriveState.SWITCH_ON_DISABLED
     rig.cycle(SHUT_DOWN, 0)
-    assert rig.drive.axis.state is State.READY_TO_SWITCH_ON
+    assert rig.drive.axis.state is DriveState.READY_TO_SWITCH_ON

@@ -34,6 +34,7 @@ START = (0.6, 0.6, 0.6)
 # Files that take more than half a minute.
 LONG = (
     "test_demo",
+    "test_cia402_node",
     "test_panel",
     "test_panel_texts",
     "test_drive",

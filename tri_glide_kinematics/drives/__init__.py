@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.drives.bus import Bus as Bus
     from tri_glide_kinematics.drives.bus import BusError as BusError
     from tri_glide_kinematics.drives.bus import Command as Command
     from tri_glide_kinematics.drives.bus import Emergency as Emergency
@@ -13,15 +12,12 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.bus import Event as Event
     from tri_glide_kinematics.drives.bus import Foreign as Foreign
     from tri_glide_kinematics.drives.bus import Heartbeat as Heartbeat
-    from tri_glide_kinematics.drives.bus import PendingTransfer as PendingTransfer
     from tri_glide_kinematics.drives.bus import Status as Status
     from tri_glide_kinematics.drives.bus import Transfer as Transfer
     from tri_glide_kinematics.drives.can_bus import CanBus as CanBus
     from tri_glide_kinematics.drives.cia402 import DriveError as DriveError
     from tri_glide_kinematics.drives.cia402 import DriveState as DriveState
     from tri_glide_kinematics.drives.cia402 import state_of as state_of
-    from tri_glide_kinematics.drives.dictionary import AbortError as AbortError
-    from tri_glide_kinematics.drives.dictionary import described as described
     from tri_glide_kinematics.drives.frames import CobId as CobId
     from tri_glide_kinematics.drives.frames import Frame as Frame
     from tri_glide_kinematics.drives.frames import cycle_frames as cycle_frames
@@ -35,13 +31,13 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.playout import Setpoint as Setpoint
     from tri_glide_kinematics.drives.playout import SetpointRefusedError as SetpointRefusedError
     from tri_glide_kinematics.drives.playout import farthest_off as farthest_off
-    from tri_glide_kinematics.drives.simulated import DriveFaults as DriveFaults
-    from tri_glide_kinematics.drives.simulated import SimulatedDrive as SimulatedDrive
-    from tri_glide_kinematics.drives.simulated_axis import Slider as Slider
-    from tri_glide_kinematics.drives.simulated_axis import State as State
-    from tri_glide_kinematics.drives.simulated_axis import Switch as Switch
+    from tri_glide_kinematics.drives.simulated.axis import Slider as Slider
+    from tri_glide_kinematics.drives.simulated.axis import Switch as Switch
+    from tri_glide_kinematics.drives.simulated.dictionary import AbortError as AbortError
+    from tri_glide_kinematics.drives.simulated.dictionary import described as described
+    from tri_glide_kinematics.drives.simulated.drive import SimulatedDrive as SimulatedDrive
+    from tri_glide_kinematics.drives.simulated.terminals import Terminals as Terminals
     from tri_glide_kinematics.drives.slcan import LineReader as LineReader
-    from tri_glide_kinematics.drives.slcan import Terminals as Terminals
     from tri_glide_kinematics.drives.slcan import encoded as encoded
     from tri_glide_kinematics.drives.units import DriveUnits as DriveUnits
 

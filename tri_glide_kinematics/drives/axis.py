@@ -6,6 +6,8 @@ from collections import deque
 from collections.abc import Callable, Generator
 
 from tri_glide_kinematics.drives.bus import (
+    BOOTING,
+    OPERATIONAL,
     Bus,
     Emergency,
     Entry,
@@ -27,9 +29,6 @@ AVERAGED = 32
 # More answers than SYNCs, by so many, come of a second drive; those of so many SYNCs may be late.
 SURPLUS, LATE = 20, 500
 
-# States of NMT.
-BOOT_UP, OPERATIONAL = 0, 5
-
 Steps = Generator[None, None, None]
 
 
@@ -46,6 +45,8 @@ class Axis:
         position: the newest, in counts.
         positions: the newest ones that are averaged, the newest at last.
         velocity: from one SYNC to the next [m/s].
+        target: what it is told, in counts; None for where it is.
+        rate: velocity that it is told, in counts/s.
         network_state: by its newest heartbeat; None before the first one.
         has_restarted: whether it has told its start.
         is_homed: whether its counts tell the height.
@@ -69,6 +70,8 @@ class Axis:
         self.state: DriveState | None = None
         self.status_word = 0
         self.position, self.velocity = 0, 0.0
+        self.target: int | None = None
+        self.rate = 0
         self.positions: deque[int] = deque(maxlen=AVERAGED)
         self.network_state: int | None = None
         self.has_restarted = False
@@ -90,7 +93,7 @@ class Axis:
     @property
     def text(self) -> str:
         """What it is, for people, with the codes of its errors."""
-        text = f"{self.name}: {self.state.value if self.state else 'not heard'}"
+        text = f"{self.name}: {self.state.text if self.state is not None else 'not heard'}"
         code = self._error_code
         if code is not None:
             told = f"0x{code.value:04X}" if code.is_done and not code.error else "not read"
@@ -132,7 +135,7 @@ class Axis:
                 self._has_alarm |= event.code != 0
             elif isinstance(event, Heartbeat):
                 self.network_state, self._beat_at = event.state, event.time
-                if event.state == BOOT_UP:
+                if event.state == BOOTING:
                     self.has_restarted, self.is_homed = True, False
         if answers or not is_cycling:
             self._answered_at = now

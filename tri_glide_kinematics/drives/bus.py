@@ -11,6 +11,10 @@ from typing import NamedTuple, Protocol, TypeAlias
 
 from tri_glide_kinematics.errors import KinematicsError
 
+# States of NMT, as heartbeats tell them, and commands to change them (CiA 301).
+BOOTING, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0, 4, 5, 127
+START, PREPARE = 1, 128
+
 
 class BusError(KinematicsError):
     """The bus carries nothing any more: it is off, its adapter is gone or takes no frame."""
@@ -33,29 +37,17 @@ class Entry:
     is_signed: bool = False
 
 
-class Transfer(Protocol):
-    """An entry that is read or written, in the background: ask it in each cycle."""
-
-    @property
-    def is_done(self) -> bool:
-        """Whether the drive has answered, or the answer will not come any more."""
-
-    @property
-    def error(self) -> str:
-        """Why it failed, empty where it did not."""
-
-    @property
-    def abort_code(self) -> int:
-        """What the drive has refused it with (CiA 301); 0 if it has not."""
-
-    @property
-    def value(self) -> int:
-        """What was read; what was written, of a write."""
-
-
 @dataclass
-class PendingTransfer:
-    """A transfer as a bus keeps it; attributes as in ``Transfer``."""
+class Transfer:
+    """An entry that is read or written in the background: ask it in each cycle.
+
+    Attributes:
+        entry: of the object dictionary.
+        value: what was read; what was written, of a write.
+        is_done: whether the drive has answered, or the answer will not come any more.
+        error: why it failed, empty where it did not.
+        abort_code: what the drive has refused it with (CiA 301); 0 if it has not.
+    """
 
     entry: Entry
     value: int = 0
@@ -102,7 +94,7 @@ class Emergency:
 
 @dataclass(frozen=True)
 class Heartbeat:
-    """State of NMT that a drive tells: 0 boot-up, 4 stopped, 5 operational, 127 pre-operational."""
+    """State of NMT that a drive tells; of BOOTING only that it has ended."""
 
     node: int
     time: float
@@ -111,7 +103,10 @@ class Heartbeat:
 
 @dataclass(frozen=True)
 class Foreign:
-    """Somebody else sends what only one may send: SYNC, or what belongs to this computer."""
+    """Somebody else sends what only one may send: SYNC, or what belongs to this computer.
+
+    Or two drives with the same number answer one question: 0x580 and the number.
+    """
 
     time: float
     cob_id: int

@@ -24,7 +24,7 @@ from tri_glide_kinematics.drives.bus import (
     Entry,
     Event,
     Foreign,
-    PendingTransfer,
+    Transfer,
 )
 from tri_glide_kinematics.drives.frames import CobId, Frame, cycle_frames, event_of
 from tri_glide_kinematics.drives.slcan import LineReader, encoded
@@ -178,13 +178,13 @@ class CanBus:
         """Keep a message of canopen until the next call; called in any thread."""
         self._requests.append((message.arbitration_id, bytes(message.data)))
 
-    def read(self, node: int, entry: Entry) -> PendingTransfer:
+    def read(self, node: int, entry: Entry) -> Transfer:
         """Begin to read an entry."""
-        return self._begin(node, PendingTransfer(entry), writes=False)
+        return self._begin(node, Transfer(entry), writes=False)
 
-    def write(self, node: int, entry: Entry, value: int) -> PendingTransfer:
+    def write(self, node: int, entry: Entry, value: int) -> Transfer:
         """Begin to write an entry."""
-        return self._begin(node, PendingTransfer(entry, value), writes=True)
+        return self._begin(node, Transfer(entry, value), writes=True)
 
     def send_state(self, node: int, command: int) -> None:
         """Send a command of NMT."""
@@ -223,12 +223,12 @@ class CanBus:
         self._drop("the bus is closed")
         self._tried_at = inf
 
-    def _begin(self, node: int, transfer: PendingTransfer, *, writes: bool) -> PendingTransfer:
+    def _begin(self, node: int, transfer: Transfer, *, writes: bool) -> Transfer:
         self._tried(lambda adapter: None)
         self._workers[node].submit(self._carry_out, node, transfer, writes, self._losses)
         return transfer
 
-    def _carry_out(self, node: int, transfer: PendingTransfer, writes: bool, losses: int) -> None:
+    def _carry_out(self, node: int, transfer: Transfer, writes: bool, losses: int) -> None:
         """Read or write an entry; called in the thread of a drive."""
         sdo, entry = self._network[node].sdo, transfer.entry
         try:

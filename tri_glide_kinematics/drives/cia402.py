@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from enum import Enum, IntEnum
+from enum import IntEnum
 
 from tri_glide_kinematics.drives.bus import Entry
 from tri_glide_kinematics.errors import KinematicsError
 
 
 class DriveError(KinematicsError):
-    """A drive does not do what it is asked for; the text names the axis, object and numbers."""
+    """A drive does not do what it is asked for, or cannot: the text says which, and numbers."""
 
     def __init__(self, text: str, axis: int | None = None) -> None:
         """Store what is wrong, and the number of the ``axis`` from 1, if it is one."""
@@ -17,20 +17,25 @@ class DriveError(KinematicsError):
         self.axis = axis
 
 
-class DriveState(Enum):
-    """States of the state machine of a drive."""
+class DriveState(IntEnum):
+    """States of the state machine of a drive; the numbers are what a status word says of them."""
 
-    NOT_READY = "NOT READY TO SWITCH ON"
-    SWITCH_ON_DISABLED = "SWITCH ON DISABLED"
-    READY = "READY TO SWITCH ON"
-    SWITCHED_ON = "SWITCHED ON"
-    OPERATION_ENABLED = "OPERATION ENABLED"
-    QUICK_STOP = "QUICK STOP ACTIVE"
-    FAULT_REACTION = "FAULT REACTION ACTIVE"
-    FAULT = "FAULT"
+    NOT_READY_TO_SWITCH_ON = 0x00
+    SWITCH_ON_DISABLED = 0x40
+    READY_TO_SWITCH_ON = 0x21
+    SWITCHED_ON = 0x23
+    OPERATION_ENABLED = 0x27
+    QUICK_STOP_ACTIVE = 0x07
+    FAULT_REACTION_ACTIVE = 0x0F
+    FAULT = 0x08
+
+    @property
+    def text(self) -> str:
+        """What CiA 402 calls it."""
+        return self.name.replace("_", " ")
 
 
-FAULTS = (DriveState.FAULT, DriveState.FAULT_REACTION)
+FAULTS = (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
 
 CONTROL_WORD = Entry(0x6040, 0, 2)
 STATUS_WORD = Entry(0x6041, 0, 2)
@@ -60,36 +65,10 @@ TARGET_REACHED = 1 << 10
 HOMING_ATTAINED = 1 << 12
 HOMING_ERROR = 1 << 13
 
-# All other bits may have any value: some belong to the maker of the drive.
-_SEVEN_STATES = {
-    0x21: DriveState.READY,
-    0x23: DriveState.SWITCHED_ON,
-    0x27: DriveState.OPERATION_ENABLED,
-    0x07: DriveState.QUICK_STOP,
-}
-_OTHER_STATES = {
-    0x00: DriveState.NOT_READY,
-    0x40: DriveState.SWITCH_ON_DISABLED,
-    0x0F: DriveState.FAULT_REACTION,
-    0x08: DriveState.FAULT,
-}
-
-# What leads on towards SWITCHED ON, from each state from which something does.
-_TOWARDS_SWITCHED_ON = {
-    DriveState.QUICK_STOP: DISABLE_VOLTAGE,
-    DriveState.SWITCH_ON_DISABLED: SHUTDOWN,
-    DriveState.READY: SWITCH_ON,
-    DriveState.SWITCHED_ON: SWITCH_ON,
-    DriveState.OPERATION_ENABLED: SWITCH_ON,
-}
+_STATES = {state.value: state for state in DriveState}
 
 
 def state_of(status_word: int) -> DriveState | None:
     """Return the state that a status word tells; None for a pattern that is no state."""
-    state = _SEVEN_STATES.get(status_word & 0x6F)
-    return state or _OTHER_STATES.get(status_word & 0x4F)
-
-
-def word_towards_switched_on(state: DriveState | None) -> int:
-    """Return the control word that leads a drive to SWITCHED ON, and no farther."""
-    return DISABLE_VOLTAGE if state is None else _TOWARDS_SWITCHED_ON.get(state, DISABLE_VOLTAGE)
+    # Other bits may have any value, and in some states that of the quick stop, too.
+    return _STATES.get(status_word & 0x6F, _STATES.get(status_word & 0x4F))

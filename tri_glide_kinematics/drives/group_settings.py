@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from tri_glide_kinematics.checks import positive
+from tri_glide_kinematics.drives.cia402 import DriveError
 from tri_glide_kinematics.drives.units import DriveUnits
-from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.wording import number_text
+from tri_glide_kinematics.errors import OutOfBoundsError
 
 LARGEST_NODE = 127
 
@@ -16,19 +16,6 @@ LARGEST_NODE = 127
 # transfers, and frames that are repeated.
 LARGEST_GOOD_LOAD = 0.6
 LARGEST_LOAD = 0.8
-
-
-class BusTooSlowError(KinematicsError):
-    """The cycles of the drives do not fit into the bus."""
-
-    def __init__(self, load: float, bitrate: int, period: float) -> None:
-        """Store the ``load`` at a ``bitrate`` [bit/s] and a ``period`` [s]."""
-        super().__init__(
-            f"the bus of {bitrate} bit/s is in use for {100 * load:.0f} % of the time with a "
-            f"period of {number_text(1e3 * period)} ms; "
-            f"at most {100 * LARGEST_LOAD:.0f} % is allowed"
-        )
-        self.load = load
 
 
 def frame_bits(data_bytes: int) -> int:
@@ -51,15 +38,6 @@ def bus_load(bitrate: int, period: float, sends_velocity: bool = False) -> float
     """
     of_drive = 2 * frame_bits(6) + (frame_bits(4) if sends_velocity else 0)
     return (3 * of_drive + frame_bits(0)) / (bitrate * period)
-
-
-class SameNodeError(KinematicsError):
-    """Two on the bus have the same node id, and so the same COB-IDs."""
-
-    def __init__(self, node: int, names: tuple[str, str]) -> None:
-        """Store the ``node`` id and the ``names`` of those that have it."""
-        super().__init__(f"{names[0]} and {names[1]} have the same node id {node}")
-        self.node = node
 
 
 @dataclass(frozen=True)
@@ -151,10 +129,9 @@ class GroupSettings:
         """Check what the drives cannot.
 
         Raises:
-            SameNodeError: if a node id stands twice.
+            DriveError: if a node id stands twice, or the cycles take more than 80 % of the bus.
             OutOfBoundsError: if a node id, the period or the consumer time is out of bounds, or a
                 drive cannot count the travel of its slider.
-            BusTooSlowError: if the cycles take more than 80 % of the bus.
         """
         names: dict[int, str] = {}
         nodes = (self.own_node, *(drive.node for drive in self.drives))
@@ -162,7 +139,7 @@ class GroupSettings:
             if not 1 <= node <= LARGEST_NODE:
                 raise OutOfBoundsError(f"node id of {name}", node, "from 1 to 127")
             if node in names:
-                raise SameNodeError(node, (names[node], name))
+                raise DriveError(f"{names[node]} and {name} have the same node id {node}")
             names[node] = name
         homing = (self.homing_speed, self.homing_slow_speed, self.homing_acceleration)
         for drive in self.drives:
@@ -178,7 +155,11 @@ class GroupSettings:
             bound = f"from 4 periods, {4 * self.period:g} s, to 60"
             raise OutOfBoundsError("consumer_time", self.consumer_time, bound, "s")
         if self.load > LARGEST_LOAD:
-            raise BusTooSlowError(self.load, self.bitrate, self.period)
+            raise DriveError(
+                f"the bus of {self.bitrate} bit/s is in use for {100 * self.load:.0f} % of the "
+                f"time with a period of {1e3 * self.period:g} ms; "
+                f"at most {100 * LARGEST_LOAD:.0f} % is allowed"
+            )
 
     @property
     def load(self) -> float:

@@ -8,7 +8,7 @@ from enum import Enum, auto
 from fractions import Fraction
 
 from tri_glide_kinematics.drives.axis import Axis
-from tri_glide_kinematics.drives.bus import Entry
+from tri_glide_kinematics.drives.bus import PREPARE, Entry
 from tri_glide_kinematics.drives.cia402 import (
     CONTROL_WORD,
     QUICK_STOP,
@@ -24,9 +24,6 @@ ABSENT = (0x06020000, 0x06090011)
 # Of a COB-ID: the PDO is not used; it is not asked for by remote frames, as a drive likes.
 INVALID = 1 << 31
 NO_REMOTE = 1 << 30
-
-# Command of NMT to be pre-operational.
-PREPARE = 128
 
 # Profile velocity: no mode that is used needs it, and a drive without power forgets it.
 MARK = Entry(0x6081, 0, 4)

@@ -54,6 +54,8 @@ LASTING = (
     GroupState.FAULT,
     GroupState.BUS_LOST,
 )
+# Nothing depends on the next SYNC.
+NOT_HEARD = (GroupState.SILENT, GroupState.FAULT, GroupState.BUS_LOST)
 ENDS = {Home.Result.SUCCEEDED: GoalEnd.SUCCEEDED, Home.Result.CANCELED: GoalEnd.CANCELED}
 
 
@@ -117,7 +119,8 @@ class Cia402Node(Node):
             for kind, name in ((SetBool, "~/enable"), (Trigger, "~/reset"))
         )
         DiagnosticsPublisher(self, self._health)
-        self._patient = PatientServices(self)
+        # To wait for a client is to be silent on the bus: never while drives listen.
+        self._patient = PatientServices(self, lambda: self._group.state in NOT_HEARD)
         self._home = ActionServer(
             self,
             Home,

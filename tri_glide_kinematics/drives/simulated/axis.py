@@ -8,31 +8,23 @@ from __future__ import annotations
 
 import random
 from dataclasses import dataclass
-from enum import Enum, IntEnum
+from enum import Enum
 from math import copysign, sqrt
 
-from tri_glide_kinematics.drives.dictionary import Address
+from tri_glide_kinematics.drives.cia402 import DriveState, Mode
+from tri_glide_kinematics.drives.simulated.dictionary import Address
 
-HOMING, CYCLIC_POSITION = 6, 8
 # Methods of homing that look for a switch: the way to it.
 TOWARDS_SWITCH = {17: -1, 18: 1}
 
 FOLLOWING_ERROR, HEARTBEAT_LOST = 0x8611, 0x8130
 
 
-class State(IntEnum):
-    """States of a drive; the numbers are what the status word says of them."""
-
-    SWITCH_ON_DISABLED = 0x40
-    READY_TO_SWITCH_ON = 0x21
-    SWITCHED_ON = 0x23
-    OPERATION_ENABLED = 0x27
-    QUICK_STOP_ACTIVE = 0x07
-    FAULT_REACTION_ACTIVE = 0x0F
-    FAULT = 0x08
-
-
-WITH_TORQUE = (State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE)
+WITH_TORQUE = (
+    DriveState.OPERATION_ENABLED,
+    DriveState.QUICK_STOP_ACTIVE,
+    DriveState.FAULT_REACTION_ACTIVE,
+)
 
 
 class Switch(Enum):
@@ -82,7 +74,7 @@ class Slider:
 
 
 class SimulatedAxis:
-    """State machine, modes and motion.
+    """DriveState machine, modes and motion.
 
     Attributes:
         slider: that it moves.
@@ -103,7 +95,7 @@ class SimulatedAxis:
         self.slider = slider
         self.position = position
         self.velocity = 0.0
-        self.state = State.SWITCH_ON_DISABLED
+        self.state = DriveState.SWITCH_ON_DISABLED
         self.errors: list[int] = []
         self._objects = objects
         # Position of the slider where the drive counts 0.
@@ -111,7 +103,7 @@ class SimulatedAxis:
         self._random = random.Random(1)
         self._word = 0
         # The state that follows when a braking has ended.
-        self._next: State | None = None
+        self._next: DriveState | None = None
         self._demand = position
         self._rate = 0.0
         # How much time is left for the way to the target; less than 0 behind it.
@@ -127,40 +119,40 @@ class SimulatedAxis:
     @property
     def has_fault(self) -> bool:
         """Whether it takes a reset to go on."""
-        return self.state in (State.FAULT, State.FAULT_REACTION_ACTIVE)
+        return self.state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
 
     def command(self, word: int) -> None:
         """Take in a control word."""
         rising, self._word = word & ~self._word, word
-        state, enabled = self.state, State.OPERATION_ENABLED
-        if state is State.FAULT:
+        state, enabled = self.state, DriveState.OPERATION_ENABLED
+        if state is DriveState.FAULT:
             if rising & 0x80:
                 self.clear()
-                self._go(State.SWITCH_ON_DISABLED)
-        elif word & 0x80 or state is State.FAULT_REACTION_ACTIVE:
+                self._go(DriveState.SWITCH_ON_DISABLED)
+        elif word & 0x80 or state is DriveState.FAULT_REACTION_ACTIVE:
             pass
         elif not word & 0x02:
-            self._go(State.SWITCH_ON_DISABLED)
+            self._go(DriveState.SWITCH_ON_DISABLED)
         elif not word & 0x04:
             self._quick_stop()
         elif not word & 0x01:
             if state is enabled and self._objects[0x605B, 0] == 1:
-                self._next = State.READY_TO_SWITCH_ON
-            elif state is not State.QUICK_STOP_ACTIVE:
-                self._go(State.READY_TO_SWITCH_ON)
-        elif state is State.READY_TO_SWITCH_ON:
-            self._go(State.SWITCHED_ON)
+                self._next = DriveState.READY_TO_SWITCH_ON
+            elif state is not DriveState.QUICK_STOP_ACTIVE:
+                self._go(DriveState.READY_TO_SWITCH_ON)
+        elif state is DriveState.READY_TO_SWITCH_ON:
+            self._go(DriveState.SWITCHED_ON)
         elif word & 0x08:
-            may = state is State.QUICK_STOP_ACTIVE and self._objects[0x605A, 0] >= 5
-            if state is State.SWITCHED_ON or may:
+            may = state is DriveState.QUICK_STOP_ACTIVE and self._objects[0x605A, 0] == 6
+            if state is DriveState.SWITCHED_ON or may:
                 self._go(enabled)
             self._next = None
-            if rising & 0x10 and self._objects[0x6061, 0] == HOMING:
+            if rising & 0x10 and self._objects[0x6061, 0] == Mode.HOMING:
                 self._begin_homing()
         elif state is enabled:
-            self._next = State.SWITCHED_ON
+            self._next = DriveState.SWITCHED_ON
             if self._objects[0x605C, 0] == 0:
-                self._go(State.SWITCHED_ON)
+                self._go(DriveState.SWITCHED_ON)
 
     def latch(self) -> None:
         """Take in the target at a SYNC: the way to it takes the interpolation time."""
@@ -171,9 +163,9 @@ class SimulatedAxis:
         """Have an error with a ``code``, and do what 0x605E says."""
         self.tell(code)
         if self.state in WITH_TORQUE and self._objects[0x605E, 0] != 0:
-            self._brake(State.FAULT_REACTION_ACTIVE)
+            self._brake(DriveState.FAULT_REACTION_ACTIVE)
         else:
-            self._go(State.FAULT)
+            self._go(DriveState.FAULT)
 
     def clear(self) -> None:
         """Tell that the errors have gone."""
@@ -185,32 +177,27 @@ class SimulatedAxis:
         option = self._objects[0x6007, 0]
         if option == 1:
             self.fail(HEARTBEAT_LOST)
-        elif option == 2 and self.state in (*WITH_TORQUE, State.SWITCHED_ON):
-            self._go(State.SWITCH_ON_DISABLED)
+        elif option == 2 and self.state in (*WITH_TORQUE, DriveState.SWITCHED_ON):
+            self._go(DriveState.SWITCH_ON_DISABLED)
         elif option == 3:
             self._quick_stop()
 
     def drop_out(self) -> None:
         """Let go without an error, as where a safety relay opens."""
-        self._go(State.SWITCH_ON_DISABLED)
+        self._go(DriveState.SWITCH_ON_DISABLED)
 
     def refresh(self) -> None:
         """Write what the drive tells of itself into the object dictionary."""
         noise = self._random.gauss(0.0, self.slider.noise) if self.slider.noise else 0.0
         objects = self._objects
         objects[0x6064, 0] = round(self.position + noise) - self._zero
-        objects[0x606C, 0] = round(self.velocity)
-        objects[0x6062, 0] = round(self._demand) - self._zero
-        objects[0x60FD, 0] = sum(
-            bit for bit, way in ((1, -1), (2, 1)) if self.slider.is_on_switch(way, self.position)
-        )
         word = self.state | 0x210
         mode = objects[0x6061, 0]
-        if mode == HOMING:
+        if mode == Mode.HOMING:
             done = not self._phase and self._rate == 0.0
             word |= 0x400 * done | 0x1000 * (self._is_homed and done) | 0x2000 * self._homing_failed
-        elif mode == CYCLIC_POSITION and self.state is State.OPERATION_ENABLED:
-            word |= 0x1000 | 0x800 * (self._target() != objects[0x607A, 0] + self._zero)
+        elif mode == Mode.POSITION and self.state is DriveState.OPERATION_ENABLED:
+            word |= 0x1000
         objects[0x6041, 0] = word
 
     def step(self, dt: float) -> None:
@@ -233,23 +220,19 @@ class SimulatedAxis:
             self.velocity = 0.0
         window = self._objects[0x6065, 0]
         is_off = abs(self._demand - self.position) > window
-        if is_off and window != 0xFFFFFFFF and self.state is State.OPERATION_ENABLED:
+        if is_off and window != 0xFFFFFFFF and self.state is DriveState.OPERATION_ENABLED:
             self.fail(FOLLOWING_ERROR)
 
     def _lead(self, dt: float) -> None:
         """Move what the slider follows."""
-        if self.state is not State.OPERATION_ENABLED or self._next is not None:
-            option = {
-                State.QUICK_STOP_ACTIVE: (0x605A, 0),
-                State.FAULT_REACTION_ACTIVE: (0x605E, 0),
-            }
-            quick = self._objects.get(option.get(self.state, (0, 0)), 0) not in (0, 1, 5)
-            self._ramp(0.0, self._objects[0x6085 if quick else 0x6084, 0], dt)
+        if self.state is not DriveState.OPERATION_ENABLED or self._next is not None:
+            is_slow = self.state is DriveState.OPERATION_ENABLED
+            self._ramp(0.0, self._objects[0x6084 if is_slow else 0x6085, 0], dt)
             if self._rate == 0.0 and self._next is not None:
                 self._go(self._next)
-        elif self._objects[0x6061, 0] == HOMING:
+        elif self._objects[0x6061, 0] == Mode.HOMING:
             self._home(dt)
-        elif self._objects[0x6061, 0] == CYCLIC_POSITION:
+        elif self._objects[0x6061, 0] == Mode.POSITION:
             if self._time_left > 0.0:
                 way = self._target() - self._demand
                 self._rate = way / max(self._time_left, dt)
@@ -298,22 +281,22 @@ class SimulatedAxis:
         self._ramp(rate, self._objects[0x609A, 0], dt)
 
     def _quick_stop(self) -> None:
-        if self.state is State.OPERATION_ENABLED and self._objects[0x605A, 0] != 0:
-            self._brake(State.QUICK_STOP_ACTIVE)
-        elif self.state is not State.QUICK_STOP_ACTIVE and not self.has_fault:
-            self._go(State.SWITCH_ON_DISABLED)
+        if self.state is DriveState.OPERATION_ENABLED and self._objects[0x605A, 0] != 0:
+            self._brake(DriveState.QUICK_STOP_ACTIVE)
+        elif self.state is not DriveState.QUICK_STOP_ACTIVE and not self.has_fault:
+            self._go(DriveState.SWITCH_ON_DISABLED)
 
-    def _brake(self, state: State) -> None:
+    def _brake(self, state: DriveState) -> None:
         """Brake in a ``state`` that ends by itself, or does not."""
         self._go(state)
         self._demand, self._rate = self.position, self.velocity
-        if state is State.FAULT_REACTION_ACTIVE:
-            self._next = State.FAULT
-        elif self._objects[0x605A, 0] < 5:
-            self._next = State.SWITCH_ON_DISABLED
+        if state is DriveState.FAULT_REACTION_ACTIVE:
+            self._next = DriveState.FAULT
+        elif self._objects[0x605A, 0] == 2:
+            self._next = DriveState.SWITCH_ON_DISABLED
 
-    def _go(self, state: State) -> None:
-        if state is State.OPERATION_ENABLED:
+    def _go(self, state: DriveState) -> None:
+        if state is DriveState.OPERATION_ENABLED:
             self._demand, self._rate, self._time_left = self.position, 0.0, 0.0
         self._next, self.state = None, state
 

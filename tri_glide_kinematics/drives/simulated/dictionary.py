@@ -17,8 +17,8 @@ EDS = "simulated_drive.eds"
 
 Address = tuple[int, int]
 
-# Values that a limit does not tell from others: of modes and of methods of homing.
-CHOICES = {(0x6060, 0): (0, 6, 8), (0x6098, 0): (0, 17, 18, 35, 37)}
+# Values that a limit does not tell from others: of quick stops, modes, and methods of homing.
+CHOICES = {(0x605A, 0): (0, 2, 6), (0x6060, 0): (0, 6, 8), (0x6098, 0): (0, 17, 18, 35, 37)}
 
 
 class Abort(IntEnum):
@@ -28,7 +28,6 @@ class Abort(IntEnum):
     READ_ONLY = 0x06010002
     ABSENT = 0x06020000
     NOT_MAPPABLE = 0x06040041
-    TOO_MUCH_MAPPED = 0x06040042
     WRONG_LENGTH = 0x06070010
     NO_SUBINDEX = 0x06090011
     NOT_ALLOWED = 0x06090030

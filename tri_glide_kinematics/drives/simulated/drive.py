@@ -1,7 +1,7 @@
 """A simulated servo drive by CiA 402 on CANopen: it is told the time, and frames of a bus.
 
-It has the object dictionary of ``config/simulated_drive.eds``; PDOs as written there, for SYNC or
-at once; SDO, NMT, heartbeats in both directions, EMCY; and faults on request.
+It has the object dictionary of ``config/simulated_drive.eds``; PDOs as written there, for SYNC;
+SDO, NMT, heartbeats in both directions, EMCY; and faults on request.
 """
 
 from __future__ import annotations
@@ -11,19 +11,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import ceil, inf
 
-from tri_glide_kinematics.drives.dictionary import Abort, AbortError, Address, described
+from tri_glide_kinematics.drives.bus import BOOTING, OPERATIONAL, PRE_OPERATIONAL, STOPPED
 from tri_glide_kinematics.drives.frames import CobId, Frame
-from tri_glide_kinematics.drives.simulated_axis import HEARTBEAT_LOST, SimulatedAxis, Slider
+from tri_glide_kinematics.drives.simulated.axis import HEARTBEAT_LOST, SimulatedAxis, Slider
+from tri_glide_kinematics.drives.simulated.dictionary import Abort, AbortError, Address, described
 
 # A step of the simulation is no longer than this [s].
 LONGEST_STEP = 0.001
 # From power or a reset to the boot-up message [s].
 BOOT_TIME = 0.05
-
-# An RPDO that is shorter than what is mapped.
-TOO_SHORT = 0x8210
-
-BOOTING, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0, 4, 5, 127
 
 RPDOS, TPDO = (0x1400, 0x1401), 0x1800
 MAPPING = 0x200
@@ -138,9 +134,6 @@ class SimulatedDrive:
         elif cob_id == CobId.REQUEST + self.node and self.answers:
             self._serve(data.ljust(8, b"\0"))
         elif consumed & 0xFFFF and cob_id == CobId.HEARTBEAT + (consumed >> 16 & 0x7F):
-            is_back = self._missed_at == inf and self.objects[0x603F, 0] == HEARTBEAT_LOST
-            if is_back and not self.axis.has_fault:
-                self.axis.clear()
             self._missed_at = self._now + 0.001 * (consumed & 0xFFFF)
         elif self.network_state == OPERATIONAL:
             if cob_id == self.objects[0x1005, 0] & 0x7FF:
@@ -149,9 +142,6 @@ class SimulatedDrive:
                 parameter = self.objects[pdo, 1]
                 if cob_id == parameter & 0x7FF and not parameter & INVALID:
                     self._waiting[pdo] = data
-                    if self.objects[pdo, 2] > 240:
-                        self._take(pdo)
-        self._tell()
 
     def read(self, index: int, subindex: int) -> bytes:
         """Return an entry, as an SDO does.
@@ -202,20 +192,12 @@ class SimulatedDrive:
             raise AbortError(Abort.NOT_NOW)
         if not index & MAPPING:
             return
-        objects, entry = self.objects, self._described.get((number >> 16, number >> 8 & 0xFF))
-        if not objects[index - MAPPING, 1] & INVALID or (subindex and objects[index, 0]):
+        if not self.objects[index - MAPPING, 1] & INVALID or (subindex and self.objects[index, 0]):
             raise AbortError(Abort.NOT_NOW)
-        if subindex == 0:
-            mapped = [objects[index, each + 1] for each in range(number)]
-            if not all(mapped) or sum(each & 0xFF for each in mapped) > 64:
-                raise AbortError(Abort.TOO_MUCH_MAPPED)
-        elif number and (
-            entry is None
-            or not entry.is_mappable
-            or 8 * entry.entry.size != number & 0xFF
-            or not (entry.is_writable or index >= TPDO)
-        ):
-            raise AbortError(Abort.NOT_MAPPABLE)
+        if subindex:
+            mapped = self._described.get((number >> 16, number >> 8 & 0xFF))
+            if mapped is None or not mapped.is_mappable or 8 * mapped.entry.size != number & 0xFF:
+                raise AbortError(Abort.NOT_MAPPABLE)
 
     def _set(self, address: Address, number: int) -> None:
         self.objects[address] = number
@@ -237,11 +219,8 @@ class SimulatedDrive:
             part = data[at : at + entry.size]
             values.append((address, int.from_bytes(part, "little", signed=entry.is_signed)))
             at += entry.size
-        if len(data) < at:
-            self.axis.errors.append(TOO_SHORT)
-        else:
-            for address, number in sorted(values, reverse=True):
-                self._set(address, number)
+        for address, number in sorted(values, reverse=True):
+            self._set(address, number)
 
     def _synchronize(self) -> None:
         """Carry out what came before this SYNC, and answer it."""
@@ -328,6 +307,4 @@ class SimulatedDrive:
         self.axis.errors.clear()
         if self.axis.state != self._told:
             self._told = self.axis.state
-            self.history.append((self._now, self.axis.state.name.replace("_", " ")))
-            if self.objects[TPDO, 2] > 240 and self.network_state == OPERATIONAL:
-                self._send_status()
+            self.history.append((self._now, self.axis.state.text))

@@ -1,0 +1,1 @@
+"""Simulated servo drives, and pseudo-terminals with them."""
