@@ -336,8 +336,10 @@ class MotionController:
         self._motion.look_after()
         if self.newest_target.outputs:
             self._pass_outputs()
-        self.passed_outputs += self._underway.passed_outputs()
-        if self.rests and self._queue.target is None:
+        if self._underway.outputs:
+            self.passed_outputs += self._underway.passed_outputs()
+        is_idle = self._engine.phase is MotionPhase.IDLE
+        if is_idle and not self._underway.moves and self._queue.target is None:
             self._stand_still(now)
             if self.newest_target.cancelled:
                 self.newest_target.come_to_rest(now)

@@ -16,20 +16,24 @@ class Underway:
 
     Attributes:
         delay: from a setpoint to the motors [s].
+        moves: whether the motors were not yet where the latest setpoint is when it was sent.
+        outputs: that the motors have not passed yet, and when they were sent [s].
     """
 
     def __init__(self, delay: float = 0.0) -> None:
         """Have nothing on its way."""
         self.delay = delay
         self._ring: deque[tuple[float, Vector3]] = deque()
+        self.moves = False
+        self.outputs: deque[tuple[float, Any]] = deque()
         self._sent = self._moved = -math.inf
-        self._outputs: deque[tuple[float, Any]] = deque()
 
     def send(self, heights: Vector3, now: float) -> None:
         """Note that a setpoint with these heights [m] is sent ``now`` [s]."""
         ring, self._sent = self._ring, now
         if ring and ring[-1][1] != heights:
             self._moved = now
+        self.moves = now - self._moved < self.delay
         ring.append((now, heights))
         while len(ring) > 1 and ring[1][0] <= now - self.delay:
             ring.popleft()
@@ -55,18 +59,13 @@ class Underway:
         part = (then - begin) / (end - begin)
         return combined(1.0 - part, before, part, after)
 
-    @property
-    def moves(self) -> bool:
-        """Whether the motors were not yet where the latest setpoint is when it was sent."""
-        return self._sent - self._moved < self.delay
-
     def pass_output(self, output: Any) -> None:
         """Note an ``output`` that changes where the latest setpoint is."""
-        self._outputs.append((self._sent, output))
+        self.outputs.append((self._sent, output))
 
     def passed_outputs(self) -> list[Any]:
         """Return the outputs that the motors have passed since, as the latest setpoint is sent."""
         passed = []
-        while self._outputs and self._sent - self._outputs[0][0] >= self.delay:
-            passed.append(self._outputs.popleft()[1])
+        while self.outputs and self._sent - self.outputs[0][0] >= self.delay:
+            passed.append(self.outputs.popleft()[1])
         return passed
