@@ -97,7 +97,8 @@ def test_outputs_have_a_switch_that_shows_what_is_told(panel: Panel, operator: T
     panel.client.wait_for(lambda: operator.value_of("digital 3"), "what a line has switched")
     # Off at any time, on only where the machine may move.
     panel.client.call(SetBool, "ik_node/enable", SetBool.Request(data=False))
-    panel.read_until(operator, "disabled")
+    # A refusal before has this word, too.
+    panel.read_until(operator, "disabled somebody has disabled it")
     operator.set("spindle", False)
     panel.client.wait_for(lambda: told[-1] == ("spindle", 0, 0.0), "the end of the spindle")
     operator.set("flood", True)
@@ -111,6 +112,7 @@ def test_outputs_have_a_switch_that_shows_what_is_told(panel: Panel, operator: T
     operator.click("run")
     panel.read_until(operator, "waits: line 3: M0")
     operator.tab = "Drive"
+    panel.read_until(operator, "mist.ngc waits: line 3: M0")
     operator.set("mist", False)
     panel.read_until(operator, "mist not switched: the program that runs does so")
     operator.type_line("M9")
@@ -124,7 +126,7 @@ def test_own_buttons_run_as_a_typed_line_does_and_are_there_after_a_restart(
     panel: Panel, operator: TextPage
 ) -> None:
     operator.click("newest line")
-    panel.read_until(operator, "nothing made: a name has 1 to 24 characters")
+    panel.read_until(operator, "a name has 1 to 24 characters that can be printed, not 0")
     operator.set("Button", "right")
     operator.type_line("G91 G1 X3 F6000")
     panel.read_until(operator, "G91 G1 X3 F6000: done")

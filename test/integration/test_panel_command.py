@@ -127,6 +127,9 @@ def test_a_node_that_dies_is_told_here_and_on_the_page_which_stays(client, tmp_p
             client.wait_for(lambda: panel.output.count("is started again") == 2, "the news")
             wait_for_words("ready idle")
             client.wait_for(lambda: start not in page.buttons, "no offer")
+            # What is kept is found at the next start, which has another namespace.
+            page.click("all")
+            client.wait_for(file.with_name("work_zero_panel.yaml").is_file, "the work zero")
         assert panel.process.poll() is None
         assert panel.interrupt() == 1
     assert panel.output.rstrip().endswith("all nodes are stopped")

@@ -28,6 +28,8 @@ from tri_glide_kinematics.ros.starting import (
 PATIENCE = ("-p", "measured_timeout:=2.0")
 NODES = ("simulator_node", "ik_node", "fk_node", "mechanism_node")
 PAGE = "panel_node"
+# It keeps the simulated machine away from one on this computer.
+OWN_NAMESPACE = f"/tri_glide_panel_{os.getpid()}"
 LOOK_PERIOD = 0.2  # s between two looks whether all of them run
 LAST_LINES = 5  # of a node that has ended are repeated
 
@@ -105,9 +107,11 @@ def serve(port: int, points_file: str, namespace: str, endings: list[str]) -> No
             "points_file": points_file,
             "notice_file": notice,
             "start_again_file": wish,
-            # The namespace is another one at the next start.
-            "progress_file": state_folder() / "program_progress_panel.yaml",
         }
+        if namespace == OWN_NAMESPACE:
+            # It is another one at the next start.
+            values["progress_file"] = state_folder() / "program_progress_panel.yaml"
+            values["work_zero_file"] = state_folder() / "work_zero_panel.yaml"
         start(PAGE, [word for key in values for word in ("-p", f"{key}:={values[key]}")])
         page = nodes[-1]
         while not page.end:
@@ -159,8 +163,7 @@ def main() -> int:
     )
     parser.add_argument(
         "--namespace",
-        # One of its own keeps it away from a machine on this computer.
-        default=f"/tri_glide_panel_{os.getpid()}",
+        default=OWN_NAMESPACE,
         help="of all nodes; / lets other programs reach the simulated machine (default: its own)",
     )
     options = parser.parse_args()

@@ -257,7 +257,9 @@ class ManualControls:
             if buttons.pop(name, None) is None:
                 raise KinematicsError(f"nothing removed: no button has the name {name!a}")
         elif not name.isprintable() or not 0 < len(name) <= LONGEST_NAME:
-            raise KinematicsError(f"nothing made: a name has 1 to {LONGEST_NAME} characters")
+            reason = f"a name has 1 to {LONGEST_NAME} characters that can be printed"
+            has = f"{len(name)}: {name[:LONGEST_NAME]!a}"
+            raise KinematicsError(f"nothing made: {reason}, not {has}")
         elif name in buttons or len(buttons) == MOST_BUTTONS:
             reason = f"there is a button {name}" if name in buttons else f"there are {MOST_BUTTONS}"
             raise KinematicsError(f"nothing made: {reason} already; remove one first")

@@ -517,6 +517,8 @@ class ProgramTab:
             self.left = f"{clock_text(left)} left of {chosen.name}"
         if run.state is RunState.WAITING:
             parts.append(f"waits: {run.doing}")
+            # On the other tabs the machine is only idle, its spindle on.
+            self.left = f"{chosen.name} waits: {run.doing}"
         self._progress.content = progress(part, "; ".join(parts)) + code(chosen.text_of(line))
         self._mark(0 if is_done else line)
 
