@@ -24,6 +24,7 @@ CAUGHT_UP = 1.0  # s until what follows is looked at
 SPEED = 0.1  # m/s of twists
 NEAR = 2.5e-5  # m from a target that is caught
 CALMEST = 90.0 / FAST
+MODES, DAMPING = (15.0, 30.0, 100.0), 0.03  # Hz
 
 HEAD = (
     "followed at 1 kHz",
@@ -167,6 +168,35 @@ def time_to_catch(speed: float, horizon: float = FOLLOW_HORIZON) -> float:
     return last
 
 
+def swing(
+    motion: Motion, turns: float, told: float, noise: float, horizon: float = FOLLOW_HORIZON
+) -> list[float]:
+    """Return the RMS swing of machines with a mode each while a target is followed [m].
+
+    It is what lies within a fifth of the mode's frequency, of four turns once the target is caught.
+    """
+    engine, rng, places = engine_at(START), np.random.default_rng(SEED), []
+    engine.set_follow_horizon(horizon)
+    tellings = 0
+    for cycle in range(round((4.0 * CAUGHT_UP + 4.0 / turns) / PERIOD)):
+        if cycle * PERIOD >= tellings * told - 1e-9:
+            position, velocity = motion(cycle * PERIOD)
+            engine.track((position + noise * rng.normal(size=3)).tolist(), velocity)
+            tellings += 1
+        places.append(MACHINE.forward(engine.step(PERIOD).heights))
+    pushes = np.diff(places[round(4.0 * CAUGHT_UP / PERIOD) :], 2, axis=0) / PERIOD**2
+    window = np.hanning(len(pushes))[:, np.newaxis]
+    spectrum = np.fft.rfft((pushes - pushes.mean(axis=0)) * window, axis=0)
+    frequencies, found = np.fft.rfftfreq(len(pushes), PERIOD), []
+    for mode in MODES:
+        ratio = frequencies / mode
+        answer = 1.0 / ((math.tau * mode) ** 2 * (1.0 - ratio**2 + 2j * DAMPING * ratio))
+        near = np.abs(ratio - 1.0) < 0.2
+        power = 2.0 * np.square(np.abs(spectrum[near] * answer[near, np.newaxis])).sum()
+        found.append(math.sqrt(power / len(pushes) / np.square(window).sum()))
+    return found
+
+
 def rows() -> Iterator[tuple[str, ...]]:
     """Yield the table."""
     for radius, turns, told, noise, of_speed in (
@@ -209,6 +239,13 @@ def rows() -> Iterator[tuple[str, ...]]:
         yield _row(
             name + f", steps of 1/{steps}" * bool(steps), found, f"{1e3 * found.behind:.2f} ms"
         )
+    for told, noise in ((0.01, 0.0), (1.0 / 30.0, 0.0), (0.01, 1e-5), (0.01, 1e-4)):
+        motion = on_circle(0.02, 1.0)
+        now, before = (swing(motion, 1.0, told, noise, each) for each in (FOLLOW_HORIZON, 0.0))
+        swings = ", ".join(f"{1e6 * a:.1f} ({1e6 * b:.1f})" for a, b in zip(now, before))
+        name = f"swing of modes of {', '.join(f'{mode:g}' for mode in MODES)} Hz (no horizon)"
+        told_at = f"circle told at {1.0 / told:.0f} Hz, {1e3 * noise:g} mm of noise"
+        yield f"{name}, {told_at}", "", "", "", f"{swings} um"
     yield "line, 0.3 m/s", "", "", "", f"{1e6 * straight_error():.2f} um"
     for speed in (0.0, 0.05, 0.1):
         caught = time_to_catch(speed)
