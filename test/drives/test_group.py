@@ -196,6 +196,12 @@ def test_setpoints_from_somewhere_else_are_not_followed():
     for heights in ((x, y + 0.0011, z), (x, y, 5.0), (float("nan"), y, z)):
         with pytest.raises(KinematicsError, match=r"setpoint of axis|a jump at rest of 0\.0011"):
             rig.group.put(Setpoint(rig.now, heights, (0.0, 0.0, 0.0)), rig.now)
+    # In motion, too, and with a stamp that follows.
+    place = rig.true_heights
+    with pytest.raises(KinematicsError, match=r"a jump at rest of 0\.00995"):
+        rig.group.put(Setpoint(rig.now + PERIOD, (x - 0.01, y, z), (0.1, 0.0, 0.0)), rig.now)
+    rig.run(0.1)
+    assert rig.true_heights == pytest.approx(place, abs=1e-5)
     rig.swing(0.1)
     place = rig.group.heights
     for _ in range(20):

@@ -77,6 +77,11 @@ class DriveSettings:
         return 18 if self.units.direction > 0 else 17
 
     @property
+    def homing_way(self) -> int:
+        """Whether homing goes up (1) or down (-1) to a limit switch; 0 for what does neither."""
+        return self.units.direction * {17: -1, 18: 1}.get(self.method, 0)
+
+    @property
     def ends(self) -> tuple[float, float]:
         """The ends of the travel, the switch within it: lower, upper [m]."""
         heights = (self.lower_height, self.upper_height, self.home_height)
@@ -129,7 +134,8 @@ class GroupSettings:
         """Check what the drives cannot.
 
         Raises:
-            DriveError: if a node id stands twice, or the cycles take more than 80 % of the bus.
+            DriveError: if a node id stands twice, a homing leads the wrong way, or the cycles take
+                more than 80 % of the bus.
             OutOfBoundsError: if a node id, the period or the consumer time is out of bounds, or a
                 drive cannot count the travel of its slider.
         """
@@ -145,8 +151,17 @@ class GroupSettings:
         for drive in self.drives:
             for rate in (drive.brake, drive.largest_speed, *homing):
                 drive.units.rate_of(positive("speed or acceleration", rate))
+            # What looks for another switch than that at the home height would tell wrong heights.
+            above = drive.home_height - 0.5 * (drive.lower_height + drive.upper_height)
+            if drive.homing_way * above < 0.0:
+                raise DriveError(
+                    f"method {drive.method} of homing of node {drive.node} goes away from the home "
+                    f"height {drive.home_height:g} m"
+                )
             # Raises where a number of 32 bits is too small.
             assert drive.travel
+        if {-1, 1} <= {drive.homing_way for drive in self.drives}:
+            raise DriveError("some drives go up in their homing, others down: arms do not reach")
         tenths = round(self.period * 1e4)
         if not 1 <= tenths <= 255 or abs(tenths - self.period * 1e4) > 1e-6:
             bound = "a whole number of 0.1 ms, at most 25 ms"
