@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.drives.cia402 import DriveError
@@ -182,6 +181,6 @@ class GroupSettings:
         return bus_load(self.bitrate, self.period, self.sends_velocity)
 
     @property
-    def exact_period(self) -> Fraction:
-        """The period as a whole number of 0.1 ms [s]."""
-        return Fraction(round(self.period * 1e4), 10_000)
+    def microseconds(self) -> int:
+        """The period [us]: a whole number of 0.1 ms."""
+        return 100 * round(self.period * 1e4)
