@@ -130,6 +130,18 @@ def test_some_lost_answers_are_no_fault():
         assert rig.group.state is GroupState.ON
 
 
+def test_answers_that_all_come_late_are_no_fault_and_a_bus_without_any_is_one():
+    rig = in_motion()
+    for count, state in ((20, GroupState.ON), (1_000_000, GroupState.FAULT)):
+        for drive in rig.drives:
+            drive.faults.lost_statuses = count
+        rig.swing(0.06)
+        assert rig.group.state is state
+        if state is GroupState.ON:
+            rig.swing(0.5)
+    assert "has not answered SYNC 26 times" in rig.group.message
+
+
 def test_vendor_bits_change_nothing():
     rig = GroupRig(
         (0.86, 0.86, 0.86), homing_speed=0.2, homing_slow_speed=0.05, homing_acceleration=4.0

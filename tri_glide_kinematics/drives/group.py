@@ -276,8 +276,9 @@ class DriveGroup:
             raise DriveError(
                 f"this computer was away for {gap:.3f} s, so that the drives have stopped"
             )
+        heard_at = max(axis.answered_at for axis in self._axes)
         for axis in self._axes:
-            trouble = axis.trouble(now, orders.is_enabled)
+            trouble = axis.trouble(now, heard_at, orders.is_enabled)
             if trouble:
                 raise axis.error(trouble)
 

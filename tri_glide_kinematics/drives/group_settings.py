@@ -103,8 +103,8 @@ class GroupSettings:
         bitrate: of the bus [bit/s].
         playout_delay: for which setpoints are stored [s].
         own_node: node id of this computer.
-        consumer_time: without a heartbeat for which a drive stops by itself, and is taken for lost
-            [s].
+        consumer_time: without a heartbeat for which a drive stops by itself, and is taken for
+            lost; so are all that are silent for that long [s].
         sends_velocity: whether each drive gets the velocity (object 0x60B1) in a second PDO.
         homing_speed: towards the switch [m/s].
         homing_slow_speed: at the switch [m/s].
@@ -112,7 +112,6 @@ class GroupSettings:
         homing_timeout: for all of it [s].
         back_off: farther than this no slider goes down below its highest place in a homing by the
             default methods: its switch sticks [m].
-        lost_in_a_row: so many cycles without an answer of a drive are a fault.
     """
 
     drives: tuple[DriveSettings, DriveSettings, DriveSettings]
@@ -127,7 +126,6 @@ class GroupSettings:
     homing_acceleration: float = 0.5
     homing_timeout: float = 60.0
     back_off: float = 0.05
-    lost_in_a_row: int = 5
 
     def __post_init__(self) -> None:
         """Check what the drives cannot.
