@@ -130,11 +130,9 @@ class SimulatedBus:
             if is_silent or delay > PATIENCE:
                 transfer.error = f"no answer within {PATIENCE:g} s"
             elif writes:
-                data = (transfer.value % (1 << 8 * entry.size)).to_bytes(entry.size, "little")
-                drive.write(entry.index, entry.subindex, data)
+                drive.write(entry.index, entry.subindex, entry.data(transfer.value))
             else:
-                data = drive.read(entry.index, entry.subindex)
-                transfer.value = int.from_bytes(data, "little", signed=entry.is_signed)
+                transfer.value = entry.number(drive.read(entry.index, entry.subindex))
         except AbortError as error:
             transfer.error, transfer.abort_code = str(error), error.code
         transfer.is_done = True

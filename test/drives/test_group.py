@@ -130,6 +130,18 @@ def test_some_lost_answers_are_no_fault():
         assert rig.group.state is GroupState.ON
 
 
+def test_answers_that_all_come_late_are_no_fault_and_a_bus_without_any_is_one():
+    rig = in_motion()
+    for count, state in ((20, GroupState.ON), (1_000_000, GroupState.FAULT)):
+        for drive in rig.drives:
+            drive.faults.lost_statuses = count
+        rig.swing(0.06)
+        assert rig.group.state is state
+        if state is GroupState.ON:
+            rig.swing(0.5)
+    assert "has not answered SYNC 26 times" in rig.group.message
+
+
 def test_vendor_bits_change_nothing():
     rig = GroupRig(
         (0.86, 0.86, 0.86), homing_speed=0.2, homing_slow_speed=0.05, homing_acceleration=4.0
@@ -196,6 +208,12 @@ def test_setpoints_from_somewhere_else_are_not_followed():
     for heights in ((x, y + 0.0011, z), (x, y, 5.0), (float("nan"), y, z)):
         with pytest.raises(KinematicsError, match=r"setpoint of axis|a jump at rest of 0\.0011"):
             rig.group.put(Setpoint(rig.now, heights, (0.0, 0.0, 0.0)), rig.now)
+    # In motion, too, and with a stamp that follows.
+    place = rig.true_heights
+    with pytest.raises(KinematicsError, match=r"a jump at rest of 0\.00995"):
+        rig.group.put(Setpoint(rig.now + PERIOD, (x - 0.01, y, z), (0.1, 0.0, 0.0)), rig.now)
+    rig.run(0.1)
+    assert rig.true_heights == pytest.approx(place, abs=1e-5)
     rig.swing(0.1)
     place = rig.group.heights
     for _ in range(20):

@@ -137,6 +137,12 @@ def test_settings_that_cannot_be_are_refused():
         settings(period=0.00215)
     with pytest.raises(KinematicsError, match="149 %"):
         settings(bitrate=250_000)
+    with pytest.raises(KinematicsError, match=r"method 18 of homing of node 2 goes away from"):
+        settings(drives=(drives[0], replace(drives[1], homing_method=18), drives[2]))
+    low = replace(drives[2], homing_method=17, home_height=0.3)
+    assert settings(drives=(replace(low, node=1), replace(low, node=2), low))
+    with pytest.raises(KinematicsError, match="some drives go up in their homing, others down"):
+        settings(drives=(*drives[:2], low))
     with pytest.raises(KinematicsError, match="2147483647 counts"):
         settings(drives=(*drives[:2], replace(drives[2], units=DriveUnits(4000, 1), brake=0.1)))
     assert "74 %" in GroupRig(bitrate=500_000).off().group.remarks[0]

@@ -20,6 +20,9 @@ from tri_glide_kinematics.drives.cia402 import ERROR_CODE, FAULTS, DriveError, D
 from tri_glide_kinematics.drives.group_settings import GroupSettings
 from tri_glide_kinematics.drives.units import LARGEST_COUNT
 
+# A drive that leaves out so many answers to SYNC, while another one answers, is lost.
+LOST_IN_A_ROW = 5
+
 # So often a transfer is tried that is not answered.
 ATTEMPTS = 3
 
@@ -48,6 +51,7 @@ class Axis:
         target: what it is told, in counts; None for where it is.
         rate: velocity that it is told, in counts/s.
         network_state: by its newest heartbeat; None before the first one.
+        answered_at: time of its newest answer to SYNC [s].
         has_restarted: whether it has told its start.
         is_homed: whether its counts tell the height.
         mark: number in it that is gone if it has been without power; 0 for none.
@@ -76,8 +80,9 @@ class Axis:
         self.network_state: int | None = None
         self.has_restarted = False
         self._error_code: Transfer | None = None
-        # Times of the newest heartbeat, status, and answer to SYNC.
-        self._beat_at = self._measured_at = self._answered_at = 0.0
+        self.answered_at = 0.0
+        # Times of the newest heartbeat and status.
+        self._beat_at = self._measured_at = 0.0
         self._surplus = 0
         self.forget_emergency()
 
@@ -138,7 +143,7 @@ class Axis:
                 if event.state == BOOTING:
                     self.has_restarted, self.is_homed = True, False
         if answers or not is_cycling:
-            self._answered_at = now
+            self.answered_at = now
         self._surplus = max(-LATE, self._surplus + answers - is_cycling)
 
     def _measure(self, status: Status) -> None:
@@ -151,16 +156,25 @@ class Axis:
         self.positions.append(status.position)
         self._measured_at = status.time
 
-    def trouble(self, now: float, is_enabled: bool) -> str:
-        """Return what is wrong with it, or nothing; ``is_enabled``: it ought to have torque."""
+    def trouble(self, now: float, heard_at: float, is_enabled: bool) -> str:
+        """Return what is wrong with it, or nothing.
+
+        Args:
+            now: time of now [s].
+            heard_at: time of the newest answer to SYNC of any drive: so the one that is lost is
+                told at once from a computer or an adapter that was busy [s].
+            is_enabled: whether it ought to have torque.
+        """
         group = self.group
         if self.has_restarted:
             return "has started anew"
         is_mute = self.network_state is not None and now - self._beat_at > group.consumer_time
-        silent = round((now - self._answered_at) / group.period)
-        if is_mute or silent >= group.lost_in_a_row:
+        silent = now - self.answered_at
+        missed = round((heard_at - self.answered_at) / group.period)
+        if is_mute or silent > group.consumer_time or missed >= LOST_IN_A_ROW:
             self.was_lost = True
-            return "tells no heartbeat" if is_mute else f"has not answered SYNC {silent} times"
+            times = round(silent / group.period)
+            return "tells no heartbeat" if is_mute else f"has not answered SYNC {times} times"
         if self.network_state not in (None, OPERATIONAL):
             return f"has left the network state OPERATIONAL for {self.network_state}"
         if self._surplus > SURPLUS:

@@ -36,6 +36,14 @@ class Entry:
     size: int
     is_signed: bool = False
 
+    def number(self, data: bytes) -> int:
+        """Return the number that ``data`` of its size are."""
+        return int.from_bytes(data[: self.size], "little", signed=self.is_signed)
+
+    def data(self, number: int) -> bytes:
+        """Return the bytes of a ``number``; what is too large for them begins anew."""
+        return (number % (1 << 8 * self.size)).to_bytes(self.size, "little")
+
 
 @dataclass
 class Transfer:
@@ -89,7 +97,6 @@ class Emergency:
     node: int
     time: float
     code: int
-    register: int
 
 
 @dataclass(frozen=True)

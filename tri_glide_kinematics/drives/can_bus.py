@@ -235,11 +235,9 @@ class CanBus:
             if losses != self._losses:
                 raise BusError(self._lost)
             if writes:
-                data = (transfer.value % (1 << 8 * entry.size)).to_bytes(entry.size, "little")
-                sdo.download(entry.index, entry.subindex, data)
+                sdo.download(entry.index, entry.subindex, entry.data(transfer.value))
             else:
-                data = sdo.upload(entry.index, entry.subindex)[: entry.size]
-                transfer.value = int.from_bytes(data, "little", signed=entry.is_signed)
+                transfer.value = entry.number(sdo.upload(entry.index, entry.subindex))
         except self._abort as error:
             transfer.error, transfer.abort_code = str(error), error.code
         except Exception as error:

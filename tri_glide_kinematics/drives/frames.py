@@ -54,8 +54,8 @@ def event_of(frame: Frame, now: float, nodes: Collection[int], own: int) -> bus.
     if node in nodes:
         if kind == CobId.STATUS and len(data) >= 6:
             return bus.Status(node, now, *struct.unpack_from("<Hi", data))
-        if kind == CobId.EMERGENCY and len(data) >= 3:
-            return bus.Emergency(node, now, *struct.unpack_from("<HB", data))
+        if kind == CobId.EMERGENCY and len(data) >= 2:
+            return bus.Emergency(node, now, *struct.unpack_from("<H", data))
         if kind == CobId.HEARTBEAT and len(data) == 1:
             return bus.Heartbeat(node, now, data[0] & 0x7F)
         if kind in (CobId.TARGET, CobId.VELOCITY, CobId.REQUEST):

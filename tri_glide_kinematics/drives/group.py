@@ -45,13 +45,7 @@ class GroupState(Enum):
     BUS_LOST = "bus lost"
 
 
-_SETTLED = (
-    GroupState.OFF,
-    GroupState.ENABLING,
-    GroupState.ON,
-    GroupState.BRAKING,
-    GroupState.HOLDING,
-)
+_WITHOUT_HEIGHTS = (GroupState.SILENT, GroupState.HOMING, GroupState.FAULT, GroupState.BUS_LOST)
 
 
 class DriveGroup:
@@ -121,7 +115,7 @@ class DriveGroup:
     @property
     def heights(self) -> Vector3 | None:
         """Heights of the sliders [m]; None before homing, and where a drive is not heard."""
-        if self.state not in _SETTLED or not self.is_homed:
+        if self.state in _WITHOUT_HEIGHTS or not self.is_homed:
             return None
         return three(axis.height_of(axis.position) for axis in self._axes)
 
@@ -210,7 +204,7 @@ class DriveGroup:
         """
         if self.state is GroupState.OFF:
             return
-        self._check("disabled", *_SETTLED, GroupState.HOMING, GroupState.FAULT)
+        self._check("disabled", *{*GroupState} - {GroupState.SILENT, GroupState.BUS_LOST})
         if self.state is GroupState.HOMING or not self._orders.is_enabled:
             self._orders.brake()
         if self.state is GroupState.FAULT:
@@ -276,8 +270,9 @@ class DriveGroup:
             raise DriveError(
                 f"this computer was away for {gap:.3f} s, so that the drives have stopped"
             )
+        heard_at = max(axis.answered_at for axis in self._axes)
         for axis in self._axes:
-            trouble = axis.trouble(now, orders.is_enabled)
+            trouble = axis.trouble(now, heard_at, orders.is_enabled)
             if trouble:
                 raise axis.error(trouble)
 

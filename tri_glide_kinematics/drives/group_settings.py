@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 
 from tri_glide_kinematics.checks import positive
 from tri_glide_kinematics.drives.cia402 import DriveError
@@ -77,6 +76,11 @@ class DriveSettings:
         return 18 if self.units.direction > 0 else 17
 
     @property
+    def homing_way(self) -> int:
+        """Whether homing goes up (1) or down (-1) to a limit switch; 0 for what does neither."""
+        return self.units.direction * {17: -1, 18: 1}.get(self.method, 0)
+
+    @property
     def ends(self) -> tuple[float, float]:
         """The ends of the travel, the switch within it: lower, upper [m]."""
         heights = (self.lower_height, self.upper_height, self.home_height)
@@ -99,8 +103,8 @@ class GroupSettings:
         bitrate: of the bus [bit/s].
         playout_delay: for which setpoints are stored [s].
         own_node: node id of this computer.
-        consumer_time: without a heartbeat for which a drive stops by itself, and is taken for lost
-            [s].
+        consumer_time: without a heartbeat for which a drive stops by itself, and is taken for
+            lost; so are all that are silent for that long [s].
         sends_velocity: whether each drive gets the velocity (object 0x60B1) in a second PDO.
         homing_speed: towards the switch [m/s].
         homing_slow_speed: at the switch [m/s].
@@ -108,7 +112,6 @@ class GroupSettings:
         homing_timeout: for all of it [s].
         back_off: farther than this no slider goes down below its highest place in a homing by the
             default methods: its switch sticks [m].
-        lost_in_a_row: so many cycles without an answer of a drive are a fault.
     """
 
     drives: tuple[DriveSettings, DriveSettings, DriveSettings]
@@ -123,13 +126,13 @@ class GroupSettings:
     homing_acceleration: float = 0.5
     homing_timeout: float = 60.0
     back_off: float = 0.05
-    lost_in_a_row: int = 5
 
     def __post_init__(self) -> None:
         """Check what the drives cannot.
 
         Raises:
-            DriveError: if a node id stands twice, or the cycles take more than 80 % of the bus.
+            DriveError: if a node id stands twice, a homing leads the wrong way, or the cycles take
+                more than 80 % of the bus.
             OutOfBoundsError: if a node id, the period or the consumer time is out of bounds, or a
                 drive cannot count the travel of its slider.
         """
@@ -145,8 +148,17 @@ class GroupSettings:
         for drive in self.drives:
             for rate in (drive.brake, drive.largest_speed, *homing):
                 drive.units.rate_of(positive("speed or acceleration", rate))
+            # What looks for another switch than that at the home height would tell wrong heights.
+            above = drive.home_height - 0.5 * (drive.lower_height + drive.upper_height)
+            if drive.homing_way * above < 0.0:
+                raise DriveError(
+                    f"method {drive.method} of homing of node {drive.node} goes away from the home "
+                    f"height {drive.home_height:g} m"
+                )
             # Raises where a number of 32 bits is too small.
             assert drive.travel
+        if {-1, 1} <= {drive.homing_way for drive in self.drives}:
+            raise DriveError("some drives go up in their homing, others down: arms do not reach")
         tenths = round(self.period * 1e4)
         if not 1 <= tenths <= 255 or abs(tenths - self.period * 1e4) > 1e-6:
             bound = "a whole number of 0.1 ms, at most 25 ms"
@@ -167,6 +179,6 @@ class GroupSettings:
         return bus_load(self.bitrate, self.period, self.sends_velocity)
 
     @property
-    def exact_period(self) -> Fraction:
-        """The period as a whole number of 0.1 ms [s]."""
-        return Fraction(round(self.period * 1e4), 10_000)
+    def microseconds(self) -> int:
+        """The period [us]: a whole number of 0.1 ms."""
+        return 100 * round(self.period * 1e4)

@@ -162,10 +162,12 @@ class Playout:
             SetpointRefusedError: if the new one cannot follow it.
         """
         passed = self._step.counted(setpoint.time - self._stamp)
+        jumps = [abs(b - a) for a, b in zip(last.heights, setpoint.heights)]
+        # What has begun to move has not got farther than its acceleration allows.
+        way = 0.0 if setpoint.rests else max(self._brake) * min(passed, self._delay) ** 2
+        if last.rests and max(jumps) > JUMP + way:
+            raise SetpointRefusedError(f"a jump at rest of {max(jumps):.6f} m")
         if last.rests and setpoint.rests:
-            jumps = [abs(b - a) for a, b in zip(last.heights, setpoint.heights)]
-            if max(jumps) > JUMP:
-                raise SetpointRefusedError(f"a jump at rest of {max(jumps):.6f} m")
             # At rest, stamps may be set, and a stream may begin anew where the sliders are seen.
             glide = math.sqrt(max(6.0 / SHARE * j / b for j, b in zip(jumps, self._brake)))
             return max(glide, passed if 0.0 < passed <= self._delay else now - self._received)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass
 from enum import Enum, auto
-from fractions import Fraction
 
 from tri_glide_kinematics.drives.axis import Axis
 from tri_glide_kinematics.drives.bus import PREPARE, Entry
@@ -151,11 +150,11 @@ def _apply(axis: Axis, setting: Setting) -> Generator[None, None, str]:
 def _settings(axis: Axis, power: int) -> list[Setting]:
     """Return all settings in their order; ``power`` of ten of the period as it is in the drive."""
     drive, group, rate_of = axis.settings, axis.group, axis.settings.units.rate_of
-    node, period, milliseconds = drive.node, group.exact_period, int(1000 * group.consumer_time)
+    node, period, milliseconds = drive.node, group.microseconds, int(1000 * group.consumer_time)
     # It is kept where it can tell the period.
     for exponent in (power, -3, -4):
-        time = period * Fraction(10) ** -exponent
-        if time.denominator == 1 and 1 <= time <= 255:
+        time = round(period * 10.0 ** (-6 - exponent))
+        if 1 <= time <= 255 and time * 10.0 ** (6 + exponent) == period:
             break
     settings = [
         Setting(0x1005, 0, 4, 0x80, "COB-ID of SYNC, not sent", Need.NOTHING, INVALID),
@@ -164,7 +163,7 @@ def _settings(axis: Axis, power: int) -> list[Setting]:
         Setting(0x1017, 0, 2, milliseconds // 3, "heartbeat producer"),
         # Who has lost the computer shall not take targets from it when it comes back.
         Setting(0x1029, 1, 1, 0, "pre-operational after a communication error"),
-        Setting(0x1006, 0, 4, int(period * 10**6), "communication cycle period"),
+        Setting(0x1006, 0, 4, period, "communication cycle period"),
         *_pdo(0x1400, 0x200 + node, 0x60400010, 0x607A0020),
         *_pdo(0x1800, 0x180 + node, 0x60410010, 0x60640020),
         *(_pdo(0x1401, 0x300 + node, 0x60B10020) if group.sends_velocity else ()),
@@ -179,7 +178,7 @@ def _settings(axis: Axis, power: int) -> list[Setting]:
         Setting(0x605B, 0, -2, 1, "shutdown brakes"),
         Setting(0x605C, 0, -2, 1, "disable operation brakes"),
         Setting(0x605E, 0, -2, 2, "fault reaction is a quick stop"),
-        Setting(0x60C2, 1, 1, int(time), "interpolation time"),
+        Setting(0x60C2, 1, 1, time, "interpolation time"),
         Setting(0x60C2, 2, -1, exponent, "power of ten of the interpolation time"),
         Setting(0x6084, 0, 4, rate_of(drive.brake), "profile deceleration"),
         Setting(0x6085, 0, 4, rate_of(drive.brake), "quick stop deceleration"),

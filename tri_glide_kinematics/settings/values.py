@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from tri_glide_kinematics.control import InPositionBounds, SupervisionBounds
 from tri_glide_kinematics.description import MachineDescription, Parts
 from tri_glide_kinematics.drives import DriveSettings, DriveUnits, GroupSettings
@@ -343,7 +341,6 @@ def drive_group_settings_of(values: Values) -> GroupSettings:
         homing_slow_speed=values["homing_slow_speed"],
         homing_acceleration=values["homing_acceleration"],
         homing_timeout=values["homing_timeout"],
-        lost_in_a_row=math.ceil(values["heartbeat_timeout"] * values["rate"]),
     )
 
 

@@ -29,7 +29,6 @@ class Abort(IntEnum):
     ABSENT = 0x06020000
     NOT_MAPPABLE = 0x06040041
     WRONG_LENGTH = 0x06070010
-    NO_SUBINDEX = 0x06090011
     NOT_ALLOWED = 0x06090030
     TOO_HIGH = 0x06090031
     TOO_LOW = 0x06090032
@@ -59,20 +58,6 @@ class Described(NamedTuple):
     default: int
     low: int
     high: int
-
-    def number(self, data: bytes) -> int:
-        """Return the number that ``data`` are.
-
-        Raises:
-            AbortError: if they have another length than the entry.
-        """
-        if len(data) != self.entry.size:
-            raise AbortError(Abort.WRONG_LENGTH)
-        return int.from_bytes(data, "little", signed=self.entry.is_signed)
-
-    def data(self, number: int) -> bytes:
-        """Return the bytes of a ``number``; what is too large for them begins anew."""
-        return (number % (1 << 8 * self.entry.size)).to_bytes(self.entry.size, "little")
 
     def check(self, number: int) -> None:
         """Check what is to be written.

@@ -151,7 +151,7 @@ class SimulatedDrive:
         """
         address = self._there(index, subindex)
         self._refresh()
-        return self._described[address].data(self.objects[address])
+        return self._described[address].entry.data(self.objects[address])
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
         """Write an entry, as an SDO does.
@@ -165,9 +165,11 @@ class SimulatedDrive:
             raise AbortError(Abort.GENERAL)
         if address in self.faults.read_only:
             raise AbortError(Abort.READ_ONLY)
-        entry = self._described[address]
-        number = entry.number(data)
-        entry.check(number)
+        described = self._described[address]
+        if len(data) != described.entry.size:
+            raise AbortError(Abort.WRONG_LENGTH)
+        number = described.entry.number(data)
+        described.check(number)
         if 0x1400 <= index < 0x1C00:
             self._check_mapping(index, subindex, number)
         step = self.faults.rounded.get(address, 1)
@@ -181,10 +183,9 @@ class SimulatedDrive:
 
     def _there(self, index: int, subindex: int) -> Address:
         address = index, subindex
-        if address in self._described and address not in self.faults.absent:
-            return address
-        known = any(each[0] == index for each in self._described if each not in self.faults.absent)
-        raise AbortError(Abort.NO_SUBINDEX if known else Abort.ABSENT)
+        if address not in self._described or address in self.faults.absent:
+            raise AbortError(Abort.ABSENT)
+        return address
 
     def _check_mapping(self, index: int, subindex: int, number: int) -> None:
         """Check a write to the parameters of a PDO: it has to be switched off for most of them."""
@@ -216,8 +217,7 @@ class SimulatedDrive:
         values = []
         for address in self._mapped(pdo):
             entry = self._described[address].entry
-            part = data[at : at + entry.size]
-            values.append((address, int.from_bytes(part, "little", signed=entry.is_signed)))
+            values.append((address, entry.number(data[at:])))
             at += entry.size
         for address, number in sorted(values, reverse=True):
             self._set(address, number)
@@ -240,7 +240,9 @@ class SimulatedDrive:
             self.faults.lost_statuses -= 1
             return
         self._refresh()
-        parts = (self._described[each].data(self.objects[each]) for each in self._mapped(TPDO))
+        parts = (
+            self._described[each].entry.data(self.objects[each]) for each in self._mapped(TPDO)
+        )
         self._send(parameter & 0x7FF, b"".join(parts))
 
     def _send(self, cob_id: int, data: bytes, delay: float = 0.0) -> None:
