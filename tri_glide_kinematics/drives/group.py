@@ -199,8 +199,12 @@ class DriveGroup:
         """
         if self.state is not GroupState.ON or not self.is_homed:
             return False
-        for axis, height in zip(self._axes, setpoint.heights):
+        for axis, height, velocity in zip(self._axes, setpoint.heights, setpoint.velocities):
             low, high = axis.settings.ends
+            largest = JUMP * axis.settings.largest_speed
+            if abs(velocity) > largest:
+                text = f"velocity of the setpoint of axis {axis.number}"
+                raise OutOfBoundsError(text, velocity, f"at most {largest:g} up or down", "m/s")
             if not low <= height <= high:
                 bound = f"within the travel from {low:.6f} to {high:.6f}"
                 raise OutOfBoundsError(f"setpoint of axis {axis.number}", height, bound, "m")
@@ -312,6 +316,9 @@ class DriveGroup:
     def _follow(self) -> None:
         """Take the next setpoint as targets."""
         if self.state not in (GroupState.ON, GroupState.BRAKING) or self._targets is None:
+            return None
+        if not self._is_enabled:
+            # What begins to move in the store would move them while their brakes close.
             return None
         played = self._playout.next(self._now)
         if played is None:
