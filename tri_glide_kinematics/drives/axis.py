@@ -46,6 +46,7 @@ class Axis:
         position: the newest, in counts.
         positions: the newest ones that are averaged, the newest at last.
         velocity: from one SYNC to the next [m/s].
+        fastest: largest of these that came at once, without a sign [m/s].
         network_state: by its newest heartbeat; None before the first one.
         has_restarted: whether it has told its start.
         is_homed: whether its counts tell the height.
@@ -68,7 +69,7 @@ class Axis:
         """Forget what the drive has told: it will be set up."""
         self.state: DriveState | None = None
         self.status_word = 0
-        self.position, self.velocity = 0, 0.0
+        self.position, self.velocity, self.fastest = 0, 0.0, 0.0
         self.positions: deque[int] = deque(maxlen=AVERAGED)
         self.network_state: int | None = None
         self.has_restarted = False
@@ -120,7 +121,7 @@ class Axis:
 
     def take(self, events: list[Event], now: float, is_cycling: bool) -> None:
         """Take in what has come; with ``is_cycling``, a SYNC was sent since the last call."""
-        answers = 0
+        answers, self.fastest = 0, 0.0
         for event in events:
             if getattr(event, "node", 0) != self.settings.node:
                 continue
@@ -144,6 +145,7 @@ class Axis:
         periods = max(1, round((status.time - self._measured_at) / self.group.period))
         way = self.settings.units.direction * (status.position - self.position)
         self.velocity = way / (self.per_metre * periods * self.group.period)
+        self.fastest = max(self.fastest, abs(self.velocity))
         self.position = status.position
         self.positions.append(status.position)
         self._measured_at = status.time
