@@ -12,6 +12,7 @@ from soak import many
 from testing.simulated_bus import SimulatedBus
 from tri_glide_kinematics.drives import (
     BusError,
+    CobId,
     Command,
     DriveError,
     DriveState,
@@ -200,6 +201,18 @@ def test_an_enabling_while_they_brake_is_carried_out_at_rest(disable):
     assert set(states(rig)) == {DriveState.SWITCH_ON_DISABLED}
 
 
+def test_what_begins_to_move_after_a_disabling_is_not_followed():
+    """Drives whose brakes take their time are enabled still."""
+    rig = GroupRig(playout_delay=0.5).homed()
+    rig.run(0.5).swing(0.1)
+    rig.bus.is_lost = lambda frame: frame[0] & 0x780 == CobId.TARGET
+    rig.group.disable(rig.now)
+    rig.bus.sent.clear()
+    rig.run(0.7)
+    targets = {frame for _, frame in rig.bus.sent if frame[0] == CobId.TARGET + 1}
+    assert len(targets) == 1 and DriveState.OPERATION_ENABLED in states(rig)
+
+
 def test_setpoints_from_somewhere_else_are_not_followed():
     rig = in_motion()
     rig.until(GroupState.HOLDING)
@@ -208,6 +221,8 @@ def test_setpoints_from_somewhere_else_are_not_followed():
     for heights in ((x, y + 0.0011, z), (x, y, 5.0), (float("nan"), y, z)):
         with pytest.raises(KinematicsError, match=r"setpoint of axis|a jump at rest of 0\.0011"):
             rig.group.put(Setpoint(rig.now, heights, (0.0, 0.0, 0.0)), rig.now)
+    with pytest.raises(KinematicsError, match=r"velocity of the setpoint of axis 2 = 1\.7"):
+        rig.group.put(Setpoint(rig.now, (x, y, z), (0.0, 1.7, 0.0)), rig.now)
     # In motion, too, and with a stamp that follows.
     place = rig.true_heights
     with pytest.raises(KinematicsError, match=r"a jump at rest of 0\.00995"):

@@ -138,3 +138,17 @@ def test_a_drive_that_falls_silent_at_the_end_of_a_homing_stops_all():
     rig.until_true(lambda: not rig.group.waiting_axes and rig.drives[0].axis._is_homed)
     rig.drives[0].faults.lost_statuses = 1_000_000
     all_stop_within(rig, 0.05)
+
+
+def test_answers_that_come_two_at_once_do_not_hide_that_a_drive_counts_anew():
+    rig = GroupRig((0.8204,) * 3, **QUICK).off()
+    received, kept = rig.bus.received, []
+
+    def late():
+        kept.append(received())
+        return kept.pop(0) + kept.pop(0) if len(kept) == 2 else []
+
+    rig.bus.received = late
+    rig.group.home(rig.now)
+    rig.until(GroupState.ON)
+    assert rig.group.is_homed

@@ -48,6 +48,7 @@ class Axis:
         position: the newest, in counts.
         positions: the newest ones that are averaged, the newest at last.
         velocity: from one SYNC to the next [m/s].
+        fastest: largest of these that came at once, without a sign [m/s].
         target: what it is told, in counts; None for where it is.
         rate: velocity that it is told, in counts/s.
         network_state: by its newest heartbeat; None before the first one.
@@ -73,7 +74,7 @@ class Axis:
         """Forget what the drive has told: it will be set up."""
         self.state: DriveState | None = None
         self.status_word = 0
-        self.position, self.velocity = 0, 0.0
+        self.position, self.velocity, self.fastest = 0, 0.0, 0.0
         self.target: int | None = None
         self.rate = 0
         self.positions: deque[int] = deque(maxlen=AVERAGED)
@@ -128,7 +129,7 @@ class Axis:
 
     def take(self, events: list[Event], now: float, is_cycling: bool) -> None:
         """Take in what has come; with ``is_cycling``, a SYNC was sent since the last call."""
-        answers = 0
+        answers, self.fastest = 0, 0.0
         for event in events:
             if getattr(event, "node", 0) != self.settings.node:
                 continue
@@ -152,6 +153,7 @@ class Axis:
         periods = max(1, round((status.time - self._measured_at) / self.group.period))
         way = self.settings.units.direction * (status.position - self.position)
         self.velocity = way / (self.per_metre * periods * self.group.period)
+        self.fastest = max(self.fastest, abs(self.velocity))
         self.position = status.position
         self.positions.append(status.position)
         self._measured_at = status.time

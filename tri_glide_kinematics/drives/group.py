@@ -12,7 +12,7 @@ from tri_glide_kinematics.drives.axis import Axis, Steps
 from tri_glide_kinematics.drives.bus import Bus, BusError, Event, Foreign
 from tri_glide_kinematics.drives.cia402 import DriveError
 from tri_glide_kinematics.drives.group_settings import GroupSettings
-from tri_glide_kinematics.drives.orders import Orders
+from tri_glide_kinematics.drives.orders import JUMP, Orders
 from tri_glide_kinematics.drives.playout import Playout, Setpoint
 from tri_glide_kinematics.drives.procedures import Procedures
 from tri_glide_kinematics.errors import OutOfBoundsError
@@ -171,8 +171,12 @@ class DriveGroup:
         """
         if self.state is not GroupState.ON or not self.is_homed:
             return False
-        for axis, height in zip(self._axes, setpoint.heights):
+        for axis, height, velocity in zip(self._axes, setpoint.heights, setpoint.velocities):
             low, high = axis.settings.ends
+            largest = JUMP * axis.settings.largest_speed
+            if abs(velocity) > largest:
+                text = f"velocity of the setpoint of axis {axis.number}"
+                raise OutOfBoundsError(text, velocity, f"at most {largest:g} up or down", "m/s")
             if not low <= height <= high:
                 bound = f"within the travel from {low:.6f} to {high:.6f}"
                 raise OutOfBoundsError(f"setpoint of axis {axis.number}", height, bound, "m")

@@ -144,10 +144,15 @@ class GroupSettings:
             if node in names:
                 raise DriveError(f"{names[node]} and {name} have the same node id {node}")
             names[node] = name
-        homing = (self.homing_speed, self.homing_slow_speed, self.homing_acceleration)
-        for drive in self.drives:
-            for rate in (drive.brake, drive.largest_speed, *homing):
-                drive.units.rate_of(positive("speed or acceleration", rate))
+        homing = ("homing_speed", "homing_slow_speed", "homing_acceleration")
+        common = {name: getattr(self, name) for name in homing}
+        for number, drive in enumerate(self.drives, 1):
+            rates = {**common, "largest speed": drive.largest_speed, "deceleration": drive.brake}
+            if drive.largest_error is not None:
+                rates["following error"] = drive.largest_error
+            for name, rate in rates.items():
+                named = f"{name} of axis {number}"
+                drive.units.rate_of(positive(named, rate), named)
             # What looks for another switch than that at the home height would tell wrong heights.
             above = drive.home_height - 0.5 * (drive.lower_height + drive.upper_height)
             if drive.homing_way * above < 0.0:
@@ -162,10 +167,10 @@ class GroupSettings:
         tenths = round(self.period * 1e4)
         if not 1 <= tenths <= 255 or abs(tenths - self.period * 1e4) > 1e-6:
             bound = "a whole number of 0.1 ms, at most 25 ms"
-            raise OutOfBoundsError("period", self.period, bound, "s")
+            raise OutOfBoundsError("period [s]", self.period, bound)
         if not 4.0 * self.period <= self.consumer_time <= 60.0:
             bound = f"from 4 periods, {4 * self.period:g} s, to 60"
-            raise OutOfBoundsError("consumer_time", self.consumer_time, bound, "s")
+            raise OutOfBoundsError("heartbeat timeout", self.consumer_time, bound, "s")
         if self.load > LARGEST_LOAD:
             raise DriveError(
                 f"the bus of {self.bitrate} bit/s is in use for {100 * self.load:.0f} % of the "

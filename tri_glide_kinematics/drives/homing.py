@@ -38,7 +38,7 @@ class Search:
         group, drive = axis.group, axis.settings
         step = drive.units.direction * (axis.position - self._count) / axis.per_metre
         self._count = axis.position
-        if abs(axis.velocity) <= NEW_COUNT * group.homing_speed:
+        if axis.fastest <= NEW_COUNT * group.homing_speed:
             self._way += step
             self._highest = max(self._highest, self._way)
         self._is_under_way |= not word & (HOMING_ATTAINED | HOMING_ERROR) or time > STALE

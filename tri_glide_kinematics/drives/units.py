@@ -73,7 +73,7 @@ class DriveUnits:
         unit = self.counts * 10**6
         return (above * unit + self.direction * count * self.per * below) / (below * unit)
 
-    def rate_of(self, rate: float) -> int:
+    def rate_of(self, rate: float, name: str = "speed or acceleration") -> int:
         """Return a velocity [m/s] or an acceleration in counts, at least 1, without the direction.
 
         Raises:
@@ -81,5 +81,5 @@ class DriveUnits:
         """
         counts = round(rate * self.per_metre)
         if counts >= LARGEST_PART:
-            raise OutOfBoundsError("speed or acceleration", rate, f"below {LARGEST_PART} counts/s")
+            raise OutOfBoundsError(name, rate, f"below {LARGEST_PART} counts of the drive")
         return max(1, counts)
