@@ -282,10 +282,10 @@ def test_ctrl_c_leaves_drives_at_rest_that_hold(machine):
 
 
 def test_the_node_ends_in_a_homing(machine):
-    start = machine.ready()
+    machine.ready()
     machine.disable()
-    goal = machine.goal()
-    machine.wait_until_told("]: homing")
+    start, goal = time.monotonic(), machine.goal()
+    machine.client.wait_for(lambda: machine.drives.all_told(ENABLED, start), "a homing")
     assert machine.cia.signal(signal.SIGTERM) == 0
     assert goal.result().code == Home.Result.SHUTDOWN
     machine.client.wait_for(lambda: machine.drives.all_told(STOPPED, start), "quick stops")
