@@ -107,3 +107,12 @@ def test_outputs_on_a_path_change_when_the_sliders_get_there():
     assert set(found) == set("abcd")
     for at_setpoint, at_motors in found.values():
         assert at_motors - at_setpoint == pytest.approx(DELAY, abs=1.5 * PERIOD)
+
+
+def test_an_output_that_was_under_way_when_the_lead_ended_does_not_change_at_the_next():
+    underway = Underway(DELAY)
+    underway.send(PLACE, 1.0)
+    underway.pass_output("a")
+    underway.clear()
+    underway.send(PLACE, 2.0 + DELAY)
+    assert not underway.passed_outputs()

@@ -281,6 +281,16 @@ def test_ctrl_c_leaves_drives_at_rest_that_hold(machine):
     machine.wait_for_state("fault")
 
 
+def test_the_node_ends_in_a_homing(machine):
+    machine.ready()
+    machine.disable()
+    start, goal = time.monotonic(), machine.goal()
+    machine.client.wait_for(lambda: machine.drives.all_told(ENABLED, start), "a homing")
+    assert machine.cia.signal(signal.SIGTERM) == 0
+    assert goal.result().code == Home.Result.SHUTDOWN
+    machine.client.wait_for(lambda: machine.drives.all_told(STOPPED, start), "quick stops")
+
+
 def test_an_adapter_that_is_unplugged(machine):
     machine.ready()
     machine.get_going(FAR, 0.3)

@@ -249,7 +249,7 @@ class Cia402Node(Node):
     def _look_at_homing(self) -> None:
         """End the goal whose homing is over."""
         goal, group = self._homing, self._group
-        if goal.code is None and group.state in LASTING:
+        if goal.code is None and group.state in LASTING and not self._ends:
             succeeded = group.is_homed and group.state is GroupState.ON
             failed = Home.Result.CANCELED if goal.is_cancelled else Home.Result.FAILED
             goal.code = Home.Result.SUCCEEDED if succeeded else failed
@@ -297,8 +297,9 @@ class Cia402Node(Node):
         """Bring the sliders to rest; the drives go on holding them when they hear nothing more."""
         if not self._ends:
             self._ends = True
-            if self._homing.code is None:
-                self._cancel_homing(self._homing)
+            if self._group.state is GroupState.HOMING:
+                # Nobody has cancelled the goal: that it is cancelled would be no end for it.
+                self._group.cancel_home(time.monotonic())
         state = self._group.state
         if state is GroupState.ON:
             return not self._group.moves
