@@ -469,6 +469,11 @@ def test_what_runs_is_in_sight_on_each_tab_and_kept_with_its_time(panel: Panel, 
     )
     told = page.wait_for(entry, "the stop", spin=panel.spin)
     assert re.match(r"\d\d:\d\d:\d\d", told)
+    # The button of a recording opens the tab that draws it.
+    entry = {"time": "", "color": "fault", "text": "", "log": "", "count": 1, "press": "nothing"}
+    page.evaluate(f"window.triGlide.history([{json.dumps(entry)}])")
+    page.click(f"{STRIP}.querySelector('.history button')")
+    page.wait_for(f"{tab('Curves')}.ariaSelected === 'true'", "the curves", spin=panel.spin)
     page.click(f"{STRIP}.querySelector('.more')")
     page.click(tab("Drive"))
 

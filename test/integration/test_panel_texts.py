@@ -433,6 +433,7 @@ def test_a_fault_is_recorded_and_drawn_and_sent_to_the_page(
     try:
         panel.machine.wait_for_state("fault")
         panel.client.wait_for(lambda: told() != before, "the recording")
+        panel.read_until(page, "mm when last measured")
     finally:
         simulator.send_signal(signal.SIGCONT)
     page.press_history("are recorded")

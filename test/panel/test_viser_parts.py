@@ -14,7 +14,7 @@ import pytest
 viser = pytest.importorskip("viser")
 from viser.infra import _infra  # noqa: E402
 
-from tri_glide_kinematics.panel.viser_parts import messages  # noqa: E402
+from tri_glide_kinematics.panel.viser_parts import messages, show_value  # noqa: E402
 
 # What each message is made of, as the panel and ``page.js`` write and read it.
 MESSAGES = {
@@ -82,3 +82,12 @@ def test_handles(server: viser.ViserServer) -> None:
     queue = getattr(getattr(inner, "api", None), "_queue_scene_message", None)
     assert queue is not None, lacks("_queue_scene_message")
     assert len(inspect.signature(queue).parameters) == 1, lacks("_queue_scene_message")
+
+
+def test_a_value_is_sent_that_the_panel_has_already(
+    server: viser.ViserServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slider, sent = server.gui.add_slider("a", 1, 100, 1, 70), []
+    monkeypatch.setattr(slider._impl.gui_api._websock_interface, "queue_message", sent.append)
+    show_value(slider, 70)
+    assert [each.updates for each in sent] == [{"value": 70}]

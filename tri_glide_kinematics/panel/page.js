@@ -171,7 +171,9 @@ const padTimer = setInterval(lookAtPad, 1000 / settings.renewals);
 on(document, "click", (event) => {
   const button = event.target.closest?.("[data-press]");
   if (button) press(button.dataset.press);
-  if (button?.closest(".history")) [...document.querySelectorAll("[role=tab]")].find((each) => each.textContent === "Curves")?.click();
+  // A tab of viser hears no click that is made here.
+  const enter = new KeyboardEvent("keydown", { key: "Enter", bubbles: true });
+  if (button?.closest(".history")) [...document.querySelectorAll("[role=tab]")].find((each) => each.textContent === "Curves")?.dispatchEvent(enter);
 });
 
 // Enter sends what stands in the field with data-line; the arrows up and down bring lines of before back.

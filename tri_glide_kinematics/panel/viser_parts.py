@@ -15,12 +15,32 @@ from tri_glide_kinematics.vectors import Vector3
 
 Quaternion = tuple[float, float, float, float]
 
-__all__ = ("Connections", "Quaternion", "messages", "place", "run_script", "turn", "uuid_of")
+__all__ = (
+    "Connections",
+    "Quaternion",
+    "messages",
+    "place",
+    "run_script",
+    "show_value",
+    "turn",
+    "uuid_of",
+)
 
 
 def uuid_of(handle: Any) -> str:
     """Return by what a page calls a field or a button."""
     return str(handle._impl.uuid)
+
+
+def show_value(handle: Any, value: Any) -> None:
+    """Show a ``value`` in a field on all pages.
+
+    viser does not send what a field has already: a page whose own, newer value has crossed an older
+    one of the panel would go on to show that.
+    """
+    handle.value = value
+    update = messages.GuiUpdateMessage(uuid_of(handle), {"value": handle.value})
+    handle._impl.gui_api._websock_interface.queue_message(update)
 
 
 def place(handle: Any, position: Vector3) -> None:

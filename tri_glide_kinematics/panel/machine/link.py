@@ -314,31 +314,38 @@ class MachineLink:
 
 
 class NewestWish:
-    """A parameter that pages set again and again: of several wishes the newest is sent."""
+    """A parameter that pages set again and again: of several wishes the newest is sent.
+
+    Attributes:
+        is_setting: whether a wish is on its way; what the machine has then is no longer wanted.
+    """
 
     def __init__(
-        self, link: MachineLink, what: str, name: str, on_refusal: Callable[[], None]
+        self, link: MachineLink, what: str, name: str, show_again: Callable[[], None]
     ) -> None:
-        """Set the parameter ``name``; a refusal calls it ``what``, and ``on_refusal`` is called."""
+        """Set the parameter ``name``; a refusal calls it ``what``.
+
+        Whenever no wish is left, ``show_again`` is called to show what the machine has.
+        """
         self._link = link
         self._what = what
         self._name = name
-        self._show_again = on_refusal
+        self._show_again = show_again
         self._wanted: float | None = None
-        self._is_setting = False
+        self.is_setting = False
 
     def set(self, value: float) -> None:
         """Set it now, or when ``ik_node`` has answered to the wish before."""
         self._wanted = value
-        if not self._is_setting:
+        if not self.is_setting:
             self._send()
 
-    def _send(self, is_set: bool = True) -> None:
+    def _send(self, _: bool = True) -> None:
         value, self._wanted = self._wanted, None
-        self._is_setting = value is not None and self._link.set_parameters(
+        self.is_setting = value is not None and self._link.set_parameters(
             self._what, {self._name: value}, self._send
         )
-        if not (self._is_setting or (is_set and value is None)):
+        if not self.is_setting:
             self._show_again()
 
 
@@ -366,11 +373,13 @@ class MotionFeed:
     Attributes:
         subscription: of the topic; its messages are taken once for each frame.
         unseen: what has come since the curves were last drawn, oldest first.
+        measured_last: heights of the sliders, however old; None if they were never known [m].
     """
 
     def __init__(self, node: Node) -> None:
         """Subscribe as a part of ``node``."""
         self.unseen: deque[Motion] = deque(maxlen=SOME.depth)
+        self.measured_last: Vector3 | None = None
         self._newest: Motion | None = None
         self._time = 0.0
         self.subscription = node.create_subscription(
@@ -392,16 +401,13 @@ class MotionFeed:
         """Measured heights of the sliders [m]; None if they are old or not known."""
         return self._newest.measured if self._newest and self._is_fresh() else None
 
-    @property
-    def measured_last(self) -> Vector3 | None:
-        """Measured heights of the sliders, however old; None if they are not known [m]."""
-        return self._newest.measured if self._newest else None
-
     def _is_fresh(self) -> bool:
         return time.monotonic() - self._time < SILENCE
 
     def _take(self, data: bytes) -> None:
         self._newest, self._time = read_motion(data), time.monotonic()
+        # In a fault, ik_node tells none that are old.
+        self.measured_last = self._newest.measured or self.measured_last
         self.unseen.append(self._newest)
 
 

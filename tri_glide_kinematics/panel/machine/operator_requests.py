@@ -20,6 +20,7 @@ import viser
 from tri_glide_kinematics.control import IDLE, JOGGING, MOVING, Cause, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine.link import MachineLink
+from tri_glide_kinematics.panel.viser_parts import show_value
 from tri_glide_kinematics.vectors import Vector3, plus, scaled
 
 # Jogs by buttons: held, or step by step.
@@ -478,7 +479,7 @@ class OperatorsInput:
     def set(self, value: Any) -> None:
         """Set it by the program."""
         self.value = value
-        self._handle.value = value
+        show_value(self._handle, value)
 
     async def _take(self, event: Event) -> None:
         if event.client_id is None:

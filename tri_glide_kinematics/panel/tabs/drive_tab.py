@@ -90,7 +90,7 @@ class DriveTab:
         self._teach: Any = gui.add_checkbox("Teach mode", False, hint=TEACH_HINT)
         self._is_teaching = False
         self._teach.on_update(self._set_teach_mode)
-        scale = NewestWish(link, "speed scale", "speed_scale", self._show_again)
+        scale = self._wish = NewestWish(link, "speed scale", "speed_scale", self._show_again)
         self._scale = OperatorsInput(
             requests,
             gui.add_slider("Speed [%]", min=1, max=100, step=1, initial_value=100),
@@ -146,13 +146,13 @@ class DriveTab:
         if is_first:
             self._take_present()
         self._facts = facts
-        if facts is not self._is_shown:
+        if facts is not self._is_shown and not self._wish.is_setting:
             self._is_shown = facts
             self._scale.set(max(1, round(100.0 * facts.speed_scale)))
             self._teach.value = self._is_teaching = facts.is_teaching
 
     def _show_again(self) -> None:
-        """Show what the machine has, as it has refused something else."""
+        """Show what the machine has, whatever was wished."""
         self._is_shown = None
 
     def _take_present(self) -> None:

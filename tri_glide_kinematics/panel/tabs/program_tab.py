@@ -190,10 +190,10 @@ class ProgramTab:
 
         buttons = gui.add_button_group("Motion", ("pause", "go on", "stop"))
         buttons.on_click(press_motion)
-        self._override, self._rapids = (
+        self._scales = [
             self._scale(gui.add_slider(f"{label} [%]", 1, most, 1, 100), label.lower(), name)
             for label, most, name in SCALES
-        )
+        ]
         with gui.add_folder("File and lines", expand_by_default=False):
             self._name = OperatorsInput(requests, gui.add_text("Name", ""))
             files = gui.add_button_group("This file", ("rename", "download", "delete"))
@@ -232,16 +232,17 @@ class ProgramTab:
             if not self.is_running:
                 self._end_run(self._run)
 
-    def _scale(self, slider: Any, what: str, name: str) -> OperatorsInput:
+    def _scale(self, slider: Any, what: str, name: str) -> tuple[OperatorsInput, NewestWish]:
         """Return a ``slider`` that sets the parameter ``name``; a refusal calls it ``what``."""
-        scale = NewestWish(self._requests.link, what, name, self._show_override)
-        return OperatorsInput(self._requests, slider, lambda percent: scale.set(0.01 * percent))
+        wish = NewestWish(self._requests.link, what, name, self._show_override)
+        return OperatorsInput(self._requests, slider, lambda part: wish.set(0.01 * part)), wish
 
     def _show_override(self) -> None:
         """Show what the machine has."""
         if self._facts is not None:
-            for shown, (_, _, name) in zip((self._override, self._rapids), SCALES):
-                shown.set(max(1, round(100.0 * self._facts.values[name])))
+            for (shown, wish), (_, _, name) in zip(self._scales, SCALES):
+                if not wish.is_setting:
+                    shown.set(max(1, round(100.0 * self._facts.values[name])))
 
     def show(self) -> None:
         """Show on the pages what there is."""
