@@ -41,7 +41,7 @@ class Underway:
     def clear(self) -> None:
         """Forget the setpoints, as no more are sent, and outputs: none changes at an enabling."""
         self._ring.clear()
-        self._outputs.clear()
+        self.outputs.clear()
 
     def at_motors(self, now: float) -> Vector3 | None:
         """Return the heights of the setpoint of then, between two of them. Shape (3,) [m].
