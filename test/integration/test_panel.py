@@ -708,6 +708,17 @@ def test_a_frozen_browser_ends_its_jog_and_loses_the_controls(
         assert panel.is_at_rest
 
 
+def test_a_page_that_is_opened_anew_in_its_tab_can_take_the_controls(
+    panel: Panel, page: Page
+) -> None:
+    """The browser may keep what was there before, with its connection."""
+    panel.open(page)
+    take_back(panel, page)
+    page.press(pad("Y+"))
+    panel.wait_for_motion()
+    page.release()
+
+
 PIXELS = "!!window.__viserMutable?.nodeRefFromName?.['/program']"
 
 

@@ -147,6 +147,9 @@ def test_what_is_sent_read_or_proved_is_cancelled(panel: Panel, operator: TextPa
     operator.click("check")
     cancel("proved")
     panel.read_until(operator, "duration not known before the check")
+    # Or its numbers would be taken for those of the next file.
+    (panel.programs / "square.ngc").unlink()
+    panel.read_until(operator, "square.ngc is no longer in the folder")
 
 
 def test_only_what_is_new_and_seen_is_sent(panel: Panel, page: TextPage) -> None:

@@ -18,7 +18,8 @@ def clock(tmp_path):
     return WallClock(tmp_path)
 
 
-@pytest.mark.parametrize("name", NODES)
+# That of drives needs a bus; it is led by the time of a steady clock alone.
+@pytest.mark.parametrize("name", [name for name in NODES if name != "cia402_node"])
 def test_a_clock_that_is_set_holds_no_node(client, nodes, clock, name):
     nodes.start(name, {"port": 0} if name == "panel_node" else {}, prefix=clock.prefix)
     for ahead in SETTINGS:

@@ -90,7 +90,7 @@ on(document, "pointerdown", hold);
 for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) on(document, name, () => releaseBy("pointer"));
 on(document, "contextmenu", (event) => { if (event.target.closest?.("[data-hold]")) event.preventDefault(); });
 on(window, "blur", release);
-on(window, "pagehide", release);
+on(window, "pagehide", () => { release(); press(settings.leave); });
 on(document, "visibilitychange", () => { if (document.hidden) release(); else heard = performance.now(); });
 
 // A key, or a direction of a gamepad, presses the button with this data-key: only one that is seen, while the operator has

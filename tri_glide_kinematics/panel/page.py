@@ -178,10 +178,16 @@ class Page:
         host = "127.0.0.1" if self._host in ("", "0.0.0.0", "::") else self._host
         return f"http://{f'[{host}]' if ':' in host else host}:{self.server.get_port()}"
 
-    def put_above(self, stop: viser.GuiButtonHandle, release: viser.GuiButtonHandle) -> None:
+    def put_above(
+        self,
+        stop: viser.GuiButtonHandle,
+        release: viser.GuiButtonHandle,
+        leave: viser.GuiButtonHandle,
+    ) -> None:
         """Put the strip and Stop above the page of all that connect from now on.
 
-        Stop presses ``stop``; a held button that is let go presses ``release``.
+        Stop presses ``stop``; a held button that is let go presses ``release``; a page that is left
+        presses ``leave``, as its browser may keep its connection.
         """
         room = files(__package__)
         # viser tells of a text only if it has changed: pages put a number before the tab.
@@ -200,6 +206,7 @@ class Page:
             "stop": uuid_of(stop),
             "tab": uuid_of(tab),
             "release": uuid_of(release),
+            "leave": uuid_of(leave),
             **{name: uuid_of(button) for name, button in self._themes().items()},
             "renewals": RENEWALS,
             "silence": SILENCE,

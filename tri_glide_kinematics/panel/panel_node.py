@@ -145,7 +145,9 @@ class PanelNode(Node):
         stop.on_click(requests.stop)
         release = gui.add_button("Release", visible=False)
         release.on_click(requests.release)
-        self._page.put_above(stop, release)
+        leave = gui.add_button("Leave", visible=False)
+        leave.on_click(requests.leave)
+        self._page.put_above(stop, release, leave)
         PagesBar(gui, requests)
         self._start_again = gui.add_button(
             "Start again what has ended", color="orange", icon=viser.Icon.REFRESH, visible=False

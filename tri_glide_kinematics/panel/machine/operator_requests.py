@@ -426,6 +426,10 @@ class OperatorRequests:
             self._hold.bar(page)
         self.controls.give(page)
 
+    async def leave(self, event: Event) -> None:
+        """Give up the controls of a page that shows another address now."""
+        self.give(event.client_id)
+
     async def opened(self, client: viser.ClientHandle) -> None:
         """Note that a page is there."""
         self.controls.opened(client.client_id)
