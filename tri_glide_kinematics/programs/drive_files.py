@@ -194,10 +194,10 @@ NOT_DRIVEN = "not driven"
 class ProgressLine:
     """Says what is being done: on a terminal in one line, elsewhere in a line for each step."""
 
-    def __init__(self, output: TextIO = sys.stdout) -> None:
-        """Write to ``output``."""
-        self._output = output
-        self._is_terminal = output.isatty()
+    def __init__(self, output: TextIO | None = None) -> None:
+        """Write to ``output``; by default to what is the standard output then."""
+        self._output = output or sys.stdout
+        self._is_terminal = self._output.isatty()
         self._is_open = False
 
     def say(self, text: str) -> None:
