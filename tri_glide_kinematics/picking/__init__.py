@@ -1,0 +1,17 @@
+"""Picking: parts in the frame of a belt, their order, and the cycle of pick and place. No ROS."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.picking.belt import BeltMotion as BeltMotion
+    from tri_glide_kinematics.picking.belt import BeltState as BeltState
+    from tri_glide_kinematics.picking.belt import BeltUnknownError as BeltUnknownError
+    from tri_glide_kinematics.picking.parts import Part as Part
+    from tri_glide_kinematics.picking.parts import PartEndedError as PartEndedError
+    from tri_glide_kinematics.picking.parts import PartOutcome as PartOutcome
+    from tri_glide_kinematics.picking.parts import Parts as Parts
+    from tri_glide_kinematics.picking.parts import Sighting as Sighting
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
