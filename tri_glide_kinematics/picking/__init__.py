@@ -1,0 +1,17 @@
+"""Picking: parts in the frame of a belt, their order, and the cycle of pick and place. No ROS."""
+
+from typing import TYPE_CHECKING
+
+from tri_glide_kinematics.lazy import when_first_used
+
+if TYPE_CHECKING:
+    from tri_glide_kinematics.picking.order import Choice as Choice
+    from tri_glide_kinematics.picking.order import CycleTimes as CycleTimes
+    from tri_glide_kinematics.picking.order import Pick as Pick
+    from tri_glide_kinematics.picking.order import PickOrder as PickOrder
+    from tri_glide_kinematics.picking.places import NoPlaceError as NoPlaceError
+    from tri_glide_kinematics.picking.places import Place as Place
+    from tri_glide_kinematics.picking.places import Places as Places
+    from tri_glide_kinematics.picking.places import grid as grid
+
+__all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
