@@ -8,10 +8,18 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.belt import BeltMotion as BeltMotion
     from tri_glide_kinematics.picking.belt import BeltState as BeltState
     from tri_glide_kinematics.picking.belt import BeltUnknownError as BeltUnknownError
+    from tri_glide_kinematics.picking.order import Choice as Choice
+    from tri_glide_kinematics.picking.order import CycleTimes as CycleTimes
+    from tri_glide_kinematics.picking.order import Pick as Pick
+    from tri_glide_kinematics.picking.order import PickOrder as PickOrder
     from tri_glide_kinematics.picking.parts import Part as Part
     from tri_glide_kinematics.picking.parts import PartEndedError as PartEndedError
     from tri_glide_kinematics.picking.parts import PartOutcome as PartOutcome
     from tri_glide_kinematics.picking.parts import Parts as Parts
     from tri_glide_kinematics.picking.parts import Sighting as Sighting
+    from tri_glide_kinematics.picking.places import NoPlaceError as NoPlaceError
+    from tri_glide_kinematics.picking.places import Place as Place
+    from tri_glide_kinematics.picking.places import Places as Places
+    from tri_glide_kinematics.picking.places import grid as grid
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
