@@ -129,6 +129,8 @@ class CommandQueue:
         self._streams = streams
         self._newest_target = newest_target
         self._now = 0.0
+        # For when the present setpoint is.
+        self._stepped = 0.0
         self._inbox = Inbox(period)
         self._limits = DriveLimits(engine.limits, *engine.scales)
         self._cycle = 0
@@ -290,6 +292,7 @@ class CommandQueue:
     def step(self) -> SliderState:
         """Advance the engine by a cycle, and return its setpoint."""
         self._rests_first = False
+        self._stepped = self._now
         return self._engine.step(self._period)
 
     @property
@@ -334,7 +337,7 @@ class CommandQueue:
                 raise CommandRefusedError(NO_PATH_ANY_MORE, Refusal.NO_PATH)
             self._making = command.making(engine.target if command.extends else None)
             if self._making is None:
-                command.has_turn(self._now, self._period)
+                command.has_turn(self._now, self._period, self._stepped)
                 engine.carry_out(command)
         except KinematicsError as error:
             return error

@@ -93,6 +93,7 @@ def test_what_is_written_after_a_closed_terminal_goes_nowhere_if_nobody_reads_it
     text = f"""
 import os, signal
 from {EndSignals.__module__} import EndSignals
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup ignores it for all that it starts
 signals = EndSignals()
 signals.call(lambda: None)
 print("ready", flush=True)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.commands import PathOutputs as PathOutputs
     from tri_glide_kinematics.motion.engine.commands import TargetKind as TargetKind
     from tri_glide_kinematics.motion.engine.commands import Track as Track
+    from tri_glide_kinematics.motion.engine.commands import Transfer as Transfer
     from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits as DriveLimits
     from tri_glide_kinematics.motion.engine.engine import MotionEngine as MotionEngine
     from tri_glide_kinematics.motion.engine.held_motion import HeldMotion as HeldMotion
@@ -23,5 +24,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.held_motion import PlanRole as PlanRole
     from tri_glide_kinematics.motion.engine.replanning import Replanning as Replanning
     from tri_glide_kinematics.motion.engine.tracker import Tracker as Tracker
+    from tri_glide_kinematics.motion.engine.transferring import TransferProgress as TransferProgress
+    from tri_glide_kinematics.motion.transfer import Stop as Stop
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

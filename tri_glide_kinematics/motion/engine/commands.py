@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from enum import Enum, IntEnum
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
-from tri_glide_kinematics.checks import finite, finite_vector
+from tri_glide_kinematics.checks import finite, finite_vector, non_negative
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import NoPathError, NoRoomError
@@ -22,6 +22,7 @@ from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.tracking import SLOWEST_JOG, MovingTarget, Wanted, WantedVelocity
 from tri_glide_kinematics.motion.trajectory import SequencePlan, Trajectory
+from tri_glide_kinematics.motion.transfer import Stop, TransferError
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import vector_text
 from tri_glide_kinematics.workspace import Workspace
@@ -50,6 +51,7 @@ class TargetKind(IntEnum):
     VELOCITY = 2
     MOVING = 3
     PATH = 4
+    PLACE = 5
 
 
 class GoalCode(IntEnum):
@@ -114,6 +116,9 @@ class Execution(Protocol):
     def change_limits(self, limits: DriveLimits) -> None:
         """Put limits in force now, or slow down until that is possible; the shaper stays."""
 
+    def prepare_transfer(self, goal: Transfer) -> None:
+        """Make the plan of a ``goal`` that begins where the present motion comes to rest."""
+
 
 class Departure(NamedTuple):
     """Where the plan of a command is to begin.
@@ -161,6 +166,7 @@ class Command(ABC):
         leads_anywhere: whether nobody knows where its motion leads, as newer ones renew it.
         is_planned_again: whether it is planned with all of the limits where it begins at rest, and
             again with less where shaping takes some.
+        is_timed: whether its plan is for the instant for which it was made, and for no later one.
         path: to be followed; None of what is none, and until it is made.
         extends: whether it goes on from the end of the path that is followed.
         size: number of segments of a path.
@@ -180,6 +186,7 @@ class Command(ABC):
     is_checked_whole: ClassVar[bool] = False
     leads_anywhere: ClassVar[bool] = False
     is_planned_again: ClassVar[bool] = False
+    is_timed: ClassVar[bool] = False
     path: PlatformPath | None = None
     extends: bool = False
     size: int = 0
@@ -223,8 +230,14 @@ class Command(ABC):
         if self.outcome is None:
             self.outcome = Outcome(code, text)
 
-    def has_turn(self, now: float, period: float) -> None:  # noqa: B027, as most need nothing
-        """Note that it is given to the engine ``now`` [s], one ``period`` [s] before a setpoint."""
+    def has_turn(self, now: float, period: float, present: float) -> None:  # noqa: B027
+        """Note that it is given to the engine; most commands need nothing of that.
+
+        Args:
+            now: the time [s].
+            period: from the present setpoint to the next one [s].
+            present: for when the present setpoint was [s].
+        """
 
     def making(self, end: Vector3 | None) -> Interruptible[None] | None:
         """Return what makes the parts of it that are not there yet; None if all is there.
@@ -450,7 +463,7 @@ class Track(Command):
         """The motion, in words, while it is carried out."""
         return "follows a moving target"
 
-    def has_turn(self, now: float, period: float) -> None:
+    def has_turn(self, now: float, period: float, present: float) -> None:
         """Work out its age: the next setpoint is for now, the present one a period older."""
         self.age = finite("age", max(now, self.received) - period - self.seen)
 
@@ -593,6 +606,86 @@ class Follow(Command):
         if self.extends and not execution.follows_path:
             raise NoPathError("to extend")
         execution.prepare_goal(self)
+
+
+class Transfer(Command):
+    """Bring the platform from stop to stop, where stops may move, and come to rest.
+
+    Up to a height, across, down to a stop with its velocity, a dwell in which the platform moves
+    with it, and on to the next one. All of it is one plan, made before it begins.
+
+    Attributes:
+        stops: in their order.
+        height: of the platform between stops, by z [m].
+        tolerance: how far it may be from a corner of its way [m].
+        allowed: so far from a stop it may be when it arrives there [m].
+        lifts: whether it goes up after the last stop. After one that moves it does so anyway.
+        seen: the time of the positions of the stops, by the clock of the caller [s].
+        leave_at: when it leaves its start at the earliest, by that clock [s].
+        lead: so much earlier than the place a setpoint has to be there [s].
+        age: time from that of the positions to the present setpoint, as it begins [s].
+        stays: how long it stays at its start at least, from the present setpoint on [s].
+    """
+
+    kind = TargetKind.PLACE
+    phase = MotionPhase.MOVING
+    has_line = False
+    leads_anywhere = True
+    is_timed = True
+
+    def __init__(
+        self,
+        stops: Sequence[Stop],
+        height: float,
+        *,
+        tolerance: float = 0.005,
+        allowed: float = 2e-4,
+        lifts: bool = True,
+        seen: float = math.nan,
+        leave_at: float = -math.inf,
+        lead: float = 0.0,
+    ) -> None:
+        """Go to each of the ``stops``.
+
+        Raises:
+            WrongShapeError: if a vector of a stop has not three numbers.
+            NotFiniteError: if a number of a stop, or the height, is NaN or infinite.
+            OutOfBoundsError: if a dwell, or a tolerance, is negative.
+            TransferError: if there is no stop.
+        """
+        super().__init__()
+        if not stops:
+            raise TransferError("a transfer needs a stop")
+        for stop in stops:
+            for name in ("position", "velocity", "acceleration"):
+                finite_vector(name, getattr(stop, name), 3)
+            non_negative("dwell", stop.dwell, "s")
+        self.stops = tuple(stops)
+        self.height = finite("height", height)
+        self.tolerance = non_negative("tolerance", tolerance, "m")
+        self.allowed = non_negative("allowed", allowed, "m")
+        self.lifts, self.seen, self.leave_at, self.lead = lifts, seen, leave_at, lead
+        self.age, self.stays = 0.0, 0.0
+
+    def __str__(self) -> str:
+        """Return the target in words."""
+        place = vector_text(self.stops[0].position, 6)
+        moves = ", which moves" if self.stops[0].moves else ""
+        return f"transfer of {len(self.stops)} stops, the first at {place} m{moves}"
+
+    def has_turn(self, now: float, period: float, present: float) -> None:
+        """Work out how old the positions of the stops are, and how long it stays."""
+        if not math.isnan(self.seen):
+            self.age = present - self.seen
+        self.stays = max(self.leave_at - present, 0.0)
+
+    def begin(self, execution: Execution) -> None:
+        """Ask for a plan from where the present motion comes to rest."""
+        execution.prepare_transfer(self)
+
+    def planned(self, planner: MotionPlanner, begin: Departure) -> Interruptible[Trajectory]:
+        """Refuse: a transfer does not begin again where limits have changed on its way."""
+        raise TransferError("new limits do not allow the transfer to go on")
 
 
 class NewLimits(Command):

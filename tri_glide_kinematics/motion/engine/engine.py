@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from tri_glide_kinematics.motion.engine.commands import (
     Move,
     NewLimits,
     Track,
+    Transfer,
 )
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.engine.execution import PlanExecution
@@ -33,12 +35,14 @@ from tri_glide_kinematics.motion.engine.held_motion import (
     PlanHolder,
     PlanRole,
 )
+from tri_glide_kinematics.motion.engine.transferring import TransferProgress
 from tri_glide_kinematics.motion.errors import NewerGoalError, NoPathError
 from tri_glide_kinematics.motion.limits import SampledPlan, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.tracking import LONGEST_HORIZON
+from tri_glide_kinematics.motion.transfer import Stop
 from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import vector_text
@@ -280,6 +284,51 @@ class MotionEngine:
             self._execution.prepare_goal(extension)
         elif held.pending is None:
             self._execution.plans.prepare(self._execution.replanning.continued)
+
+    def transfer(self, stops: Sequence[Stop], height: float, **how: Any) -> None:
+        """Bring the platform from stop to stop, where stops may move; see ``Transfer``.
+
+        It begins where the present motion comes to rest.
+
+        Args:
+            stops: in their order, of the present setpoint.
+            height: of the platform between stops, by z [m].
+            how: further arguments of ``Transfer``.
+
+        Raises:
+            NotStartedError: before the start.
+            KinematicsError: if a number makes no sense, or there is no plan.
+        """
+        self._holder.check_started()
+        self.carry_out(Transfer(stops, height, **how))
+
+    def renew(self, stop: int, motion: Stop, age: float = 0.0) -> bool:
+        """Plan again what is left of a transfer, as its next ``stop`` moves otherwise.
+
+        Where that stop is not met any more, the platform goes up and rests.
+
+        Args:
+            stop: its index.
+            motion: how it moves.
+            age: time from that of its position to the present setpoint [s].
+
+        Returns:
+            Whether that is begun: not while another plan is made, or the stop is not the next.
+
+        Raises:
+            NotStartedError: before the start.
+        """
+        return self._execution.transferring.renew(stop, motion, age)
+
+    @property
+    def transfer_progress(self) -> TransferProgress | None:
+        """How far the transfer is that is carried out; None without one."""
+        return self._execution.transferring.progress
+
+    @property
+    def elapsed(self) -> float:
+        """Time by which it was stepped [s]."""
+        return self._holder.elapsed
 
     def keep_goal(self) -> None:
         """Give up a new goal that is still being prepared; what is held goes on."""

@@ -13,13 +13,14 @@ from functools import partial
 
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
+from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase, Transfer
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanHolder
 from tri_glide_kinematics.motion.engine.replacing import LeadTime, PlanReplacing
 from tri_glide_kinematics.motion.engine.replanning import Replanned, Replanning, stops_in_time
 from tri_glide_kinematics.motion.engine.shaped_plans import ShapedPlans
 from tri_glide_kinematics.motion.engine.tracker import Tracking
+from tri_glide_kinematics.motion.engine.transferring import Transferring
 from tri_glide_kinematics.motion.errors import SOUND, NotStartedError
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
@@ -68,6 +69,7 @@ class PlanExecution:
         shaped_plans: makes it where it is shaped.
         plans: lets it take the place of what is held.
         tracking: holds one step of tracking after the other.
+        transferring: plans transfers, and what is left of them.
     """
 
     def __init__(
@@ -87,6 +89,7 @@ class PlanExecution:
         self.shaped_plans = ShapedPlans(holder, workspace, self.replanning)
         self.plans = PlanReplacing(holder, self.replanning, self.shaped_plans, in_pieces)
         self.tracking = Tracking(self.plans, workspace)
+        self.transferring = Transferring(self.plans, workspace)
         self._path_measuring = PathMeasuring()
         self._sooner_lead_time = LeadTime()
         self._sooner_lead_time.note(SOONER_IN)
@@ -121,6 +124,7 @@ class PlanExecution:
             setpoint = holder.shaped.at(dt)
             holder.shaped.time += dt
         holder.time = time
+        holder.elapsed += dt
         return setpoint
 
     def work(self, may_go_on: Callable[[], bool]) -> None:
@@ -172,6 +176,10 @@ class PlanExecution:
     def follow_target(self, goal: Command, target: MovingTarget, age: float) -> None:
         """Track a ``target``, seen ``age`` seconds ago, as soon as a step is certified."""
         self.tracking.follow_target(goal, target, age)
+
+    def prepare_transfer(self, goal: Transfer) -> None:
+        """Make the plan of a ``goal`` that begins where the present motion comes to rest."""
+        self.transferring.prepare(goal)
 
     def stop(self) -> None:
         """Come to rest as soon as the limits allow, and forget the goal."""

@@ -49,6 +49,7 @@ from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.motion.shaped import DrivenPart, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan, TrackedStep, Trajectory
+from tri_glide_kinematics.motion.transfer import TransferPlan
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -165,7 +166,16 @@ class HeldMotion:
         """Where the platform is to rest at last [m]; None if nobody knows."""
         if self.path is not None:
             return self.path.end
-        return self.goal.destination if self.goal is not None else None
+        if self.goal is None:
+            return None
+        transfer = self.transfer
+        return self.goal.destination if transfer is None else transfer.end
+
+    @property
+    def transfer(self) -> TransferPlan | None:
+        """The held plan, if it is one of a transfer that is the goal."""
+        is_goal = self.goal is not None and self.goal.is_timed
+        return self.plan if is_goal and isinstance(self.plan, TransferPlan) else None
 
     @property
     def tracked_step(self) -> TrackedStep | None:
@@ -379,6 +389,7 @@ class PlanHolder:
         motion: what is held; None before the start.
         shaped: what the shaper makes of it; None without a shaper.
         time: that has passed in its plan [s].
+        elapsed: time that the engine was stepped by [s].
         plan_number: counts the plans held so far: a new number is a new plan.
         first_limits: for the start.
     """
@@ -389,6 +400,7 @@ class PlanHolder:
         self.motion: HeldMotion | None = None
         self.shaped: ShapedMotion | None = None
         self.time = 0.0
+        self.elapsed = 0.0
         self.plan_number = 0
         self.first_limits = limits
 

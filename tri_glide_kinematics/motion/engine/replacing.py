@@ -23,6 +23,7 @@ from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanHolde
 from tri_glide_kinematics.motion.engine.replanning import Making, Replanned, Replanning
 from tri_glide_kinematics.motion.engine.shaped_plans import ShapedPlans
 from tri_glide_kinematics.motion.errors import SOUND, PlanTooLongError
+from tri_glide_kinematics.motion.transfer import TransferPlan
 
 # How many plans are remembered, to know how long the next one may take.
 REMEMBERED = 8
@@ -92,6 +93,7 @@ class Preparation:
 
     def _begin_at(self, start: float) -> None:
         # At the end of the held plan the sliders rest, and go on resting for as long as it takes.
+        self.ready = None
         self.start = min(start, max(self.held.rests_at, self._begun))
         self._computation = self._making(self.held, self.start)
         self._pieces = 0
@@ -116,7 +118,19 @@ class Preparation:
 
     def elapsed(self, time: float) -> float:
         """Return how much of it is past at a ``time`` in the held plan, where it is due [s]."""
-        return 0.0 if self.begins_at_rest else time - self.start
+        waits = self.begins_at_rest and not self._is_timed
+        return 0.0 if waits else time - self.start
+
+    @property
+    def _is_timed(self) -> bool:
+        return self.goal is not None and self.goal.is_timed
+
+    def is_late(self, time: float) -> bool:
+        """Return whether the instant for which it was made is over at a ``time`` [s]."""
+        if not self._is_timed or self.ready is None:
+            return False
+        plan = self.ready.held.plan
+        return isinstance(plan, TransferPlan) and self.elapsed(time) > plan.wait + SAME_TIME
 
     def work(self, may_go_on: Callable[[], bool]) -> None:
         """Go on with it, by one piece at least, until it is ready or may not go on.
@@ -145,6 +159,7 @@ class Preparation:
     def _most_pieces(self) -> int:
         goal = self.goal
         is_path = self.held.path is not None or (goal is not None and goal.path is not None)
+        is_path = is_path or self._is_timed
         return (2 if is_path else 1) * MOST_PIECES + (goal.size if goal is not None else 0)
 
     def _too_long(self) -> PlanTooLongError:
@@ -369,6 +384,10 @@ class PlanReplacing:
     def take(self, preparation: Preparation) -> None:
         """Hold what is ready, as it begins now or in the next step."""
         assert preparation.ready is not None
+        if preparation.is_late(self.holder.time):
+            preparation.begin_anew(self.holder.time, self.last_step)
+            self.look_ahead()
+            return
         self.preparation = None
         held, refusal = preparation.ready
         is_step = held.tracked_step is not None and held.plan is not self.holder.held.plan

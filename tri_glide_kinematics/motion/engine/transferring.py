@@ -1,0 +1,146 @@
+"""Plans transfers from where the present motion comes to rest, and what is left of them again."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.engine.commands import Transfer
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.replacing import LeadTime, PlanReplacing
+from tri_glide_kinematics.motion.engine.replanning import Replanned
+from tri_glide_kinematics.motion.transfer import Stop, TransferError, TransferPlanner
+from tri_glide_kinematics.workspace import Workspace
+
+# At first it is expected that a plan, and that of what is left of it, take so long [s].
+PLANNED_IN, RENEWED_IN = 0.15, 0.01
+
+
+class TransferProgress(NamedTuple):
+    """How far a transfer is.
+
+    Attributes:
+        arrivals: when the platform is at each of the stops, from now on; negative if that is past,
+            infinite if it does not get there [s].
+        gives_up: why it does not get to all of them; None if it does.
+    """
+
+    arrivals: tuple[float, ...]
+    gives_up: KinematicsError | None
+
+
+class Transferring:
+    """Plans transfers."""
+
+    def __init__(self, plans: PlanReplacing, workspace: Workspace) -> None:
+        """Plan what is asked for.
+
+        Args:
+            plans: lets the next plan take the place of the held one.
+            workspace: where the platform may be, and of which machine.
+        """
+        self._plans = plans
+        self._holder = plans.holder
+        self._workspace = workspace
+        self._lead_time, self._renewal_lead_time = LeadTime(), LeadTime()
+        self._lead_time.note(PLANNED_IN)
+        self._renewal_lead_time.note(RENEWED_IN)
+
+    @property
+    def progress(self) -> TransferProgress | None:
+        """How far the transfer is that is carried out; None without one."""
+        held = self._holder.motion
+        plan = held.transfer if held is not None else None
+        if held is None or plan is None or not isinstance(held.goal, Transfer):
+            return None
+        past = self._holder.time - held.limits.held_back
+        stops = range(len(held.goal.stops))
+        return TransferProgress(tuple(plan.arrival(stop) - past for stop in stops), plan.gives_up)
+
+    def prepare(self, goal: Transfer) -> None:
+        """Make the plan of a ``goal`` that begins where the present motion comes to rest.
+
+        Raises:
+            NotStartedError: before the start.
+            TransferError: if it does not come to rest by itself, or limits wait.
+            KinematicsError: if there is no plan.
+        """
+        held, time = self._holder.held, self._holder.time
+        if held.pending is not None:
+            raise TransferError("new limits are not in force yet: ask again")
+        goes_on = held.goal is not None and not held.goal.has_end
+        if time < held.rests_at and (goes_on or math.isfinite(held.goes_on_at)):
+            raise TransferError("a transfer begins at rest: stop the present motion first")
+        making = partial(self._planned, goal, self._holder.elapsed)
+        start = max(time, held.rests_at)
+        proved = self._plans.shaped_plans.proved(making, goal)
+        self._plans.tracks = False
+        self._plans.begin(proved, goal, start, self._lead_time)
+
+    def renew(self, stop: int, motion: Stop, age: float) -> bool:
+        """Plan again what is left of a transfer, as a stop moves otherwise.
+
+        Args:
+            stop: its index.
+            motion: how it moves.
+            age: time from that of its position to the present setpoint [s].
+
+        Returns:
+            Whether that is begun: not while another plan is made, or the stop is not the next.
+        """
+        held, time = self._holder.held, self._holder.time
+        plan = held.transfer
+        if plan is None or self._plans.preparation is not None or held.brakes:
+            return False
+        if plan.gives_up is not None or plan.first + plan.present(time)[0] != stop:
+            return False
+        start = time + self._plans.lead(self._renewal_lead_time)
+        making = partial(self._renewed, motion, self._holder.elapsed - age)
+        proved = self._plans.shaped_plans.proved(making)
+        self._plans.begin(proved, None, start, self._renewal_lead_time)
+        return True
+
+    def _begins(self, start: float) -> float:
+        """Return when a plan begins for ``start`` in the held plan, by the time of the engine."""
+        return self._holder.elapsed + max(start - self._holder.time, 0.0)
+
+    def _planned(
+        self, goal: Transfer, asked: float, held: HeldMotion, start: float
+    ) -> Interruptible[Replanned]:
+        """Make a plan for the stops of a ``goal``, ``asked`` for at a time of the engine [s]."""
+        limits, begins = held.limits, self._begins(start)
+        shaper, step = limits.shaper, self._plans.last_step
+        wait = goal.stays - (begins - asked)
+        if self._plans.in_pieces:
+            ahead = max(start - self._holder.time, 0.0)
+            wait = max(wait, self._lead_time.after(step) - ahead, 2.0 * step)
+        stops = [stop._replace(dwell=stop.dwell + limits.held_back) for stop in goal.stops]
+        delay = goal.lead + (shaper.delay if shaper is not None else 0.0)
+        age = goal.age + begins - asked + delay
+        here = self._workspace.machine.forward(held.plan.at(start).heights)
+        plan = yield from self._planner(goal).planned(
+            here, stops, age, limits.effective, wait=max(wait, 0.0), lifts=goal.lifts
+        )
+        leads = PlanRole.LEADS_TO_GOAL
+        return Replanned(HeldMotion(plan, goal, leads, self._workspace, limits))
+
+    def _renewed(
+        self, motion: Stop, seen: float, held: HeldMotion, start: float
+    ) -> Interruptible[Replanned]:
+        """Make what is left of a plan again; ``seen`` is by the time of the engine [s]."""
+        plan, goal, limits = held.transfer, held.goal, held.limits
+        if plan is None or not isinstance(goal, Transfer):
+            return Replanned(held)
+        delay = goal.lead + (limits.shaper.delay if limits.shaper is not None else 0.0)
+        age = self._begins(start) - seen + delay
+        renewed = yield from self._planner(goal).renewed(
+            plan, start, motion, age, limits.effective, goal.allowed
+        )
+        return Replanned(held if renewed is None else replace(held, plan=renewed))
+
+    def _planner(self, goal: Transfer) -> TransferPlanner:
+        return TransferPlanner(self._workspace, goal.height, goal.tolerance)

@@ -1,0 +1,683 @@
+r"""Plans transfers: legs from one stop to the next, each in the frame that goes over between both.
+
+A leg leads up from a stop, across, and down to the next. It is planned like any path, in nearly the
+least time, and carried: upright in the frame of the place that it leaves, then of the one that it
+comes to. Both meet at an instant that depends on the leg, and the leg on the place that is met. So
+the instant is found by iteration; where the sum exceeds a limit, the leg is made slower by as much.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.errors import KinematicsError, Refusal
+from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.motion.errors import MotionError
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits
+from tri_glide_kinematics.motion.moves import inside
+from tri_glide_kinematics.motion.path import PlatformPath, check_place
+from tri_glide_kinematics.motion.path_timing import PathPlanner
+from tri_glide_kinematics.motion.shaped import LimitBounds, Planned, SlowedPlan
+from tri_glide_kinematics.motion.tracking import MovingTarget
+from tri_glide_kinematics.motion.trajectory import (
+    LinePlan,
+    PathHeights,
+    PathPlan,
+    SequencePlan,
+    StraightLine,
+    TimeScaling,
+    Trajectory,
+)
+from tri_glide_kinematics.motion.transfer.carried import Carriage, CarriedPlan, FrameState
+from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.vectors import Vector3, combined, minus, plus, scaled
+from tri_glide_kinematics.workspace import Workspace
+
+# Parts of the limits of velocity, acceleration and jerk that the motion in a frame that moves is
+# planned with: what is left is for the frame, whose motion may change on the way; and more of them
+# where it does so already.
+LEFT_TO_BASE = (0.96, 0.96, 0.92)
+LEFT_IN_CHANGE = (0.9, 0.85, 0.78)
+
+# Ways that differ by less are the same, and a platform that is beside its stop by less is above it
+# [m].
+SAME_WAY = 1e-6
+BESIDE = 1e-5
+
+# A corner is rounded by this part of the height above a stop at most.
+PART_OF_HEIGHT = 0.4
+
+# Part of the time upright above a stop in which the frame goes over.
+PART_UPRIGHT = 0.4
+
+# Number of instants at which it is looked when a leg leads upright.
+LOOKS = 200
+
+# The instant of a meeting is exact to this part of a leg where it need not be later; and after so
+# many attempts there is none.
+EXACT = 0.004
+SPARE = 1.002
+ATTEMPTS = 12
+
+# The frame goes over from one stop to the next in one of these parts of the time that it has: the
+# longer it takes, the farther the base is beside the way of the platform.
+PARTS_OF_LEG = (1.0, 0.5, 0.25)
+
+# A leg is not made slower than by this factor.
+SLOWEST = 1.6
+
+# A frame whose motion has changed is caught up with for so long at least [s], and with these parts
+# of the limits of velocity, acceleration and jerk, as the rest is in use.
+CATCHING_UP = 0.06
+PARTS_FOR_MORE = (0.8, 0.4, 0.4)
+
+# A place that is missed by this part of what is allowed is met.
+UNSEEN = 0.02
+
+# After it has left a stop, the frame comes to rest in one of these times [s].
+COMING_TO_REST = (0.15, 0.25, 0.4, 0.7, 1.2)
+
+
+class TransferError(MotionError):
+    """A transfer that cannot be planned, or go on."""
+
+    refusal = Refusal.NO_PLAN
+
+
+class Stop(NamedTuple):
+    """One place of a transfer.
+
+    Attributes:
+        position: where the platform is to be, as of the time that the transfer names. Shape (3,)
+            [m].
+        dwell: how long it stays there, and moves with the place [s].
+        velocity: of the place. Shape (3,) [m/s].
+        acceleration: of the place. Shape (3,) [m/s^2].
+        outputs: what is told there, and how long after the arrival; earlier if negative [s].
+    """
+
+    position: Vector3
+    dwell: float = 0.0
+    velocity: Vector3 = AT_REST
+    acceleration: Vector3 = AT_REST
+    outputs: tuple[tuple[float, Any], ...] = ()
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is to be met in motion."""
+        return any(self.velocity) or any(self.acceleration)
+
+    def after(self, time: float) -> MovingTarget:
+        """Return where it is, and how it moves, some ``time`` later [s]."""
+        target = MovingTarget(self.position, self.velocity, self.acceleration)
+        return target.after(time)
+
+
+class Leg(NamedTuple):
+    """From one stop to the next, and the dwell there; times are those of its base [s].
+
+    Attributes:
+        plan: what is driven.
+        base: the motion in the frame.
+        leaves: when it is no more upright above the stop before.
+        upright: from when on it is upright above the next one.
+        arrival: at the next one.
+        begin: of what is left of it.
+    """
+
+    plan: Trajectory
+    base: PathPlan
+    leaves: float
+    upright: float
+    arrival: float
+    begin: float = 0.0
+
+
+class TransferPlan(SequencePlan):
+    """Legs one after the other.
+
+    Attributes:
+        legs: the first is the present one.
+        first: index of the stop that the first leg leads to.
+        wait: rest with which it begins [s].
+        gives_up: why it leads to no stop, but up from one; None if it leads to all.
+        end: where the platform rests at last. Shape (3,) [m].
+    """
+
+    def __init__(
+        self,
+        legs: Sequence[Leg],
+        first: int = 0,
+        wait: float = 0.0,
+        gives_up: KinematicsError | None = None,
+    ) -> None:
+        """Join the ``legs``."""
+        super().__init__([leg.plan for leg in legs])
+        self.legs, self.first = tuple(legs), first
+        last = legs[-1].base.heights.geometry
+        self.end = TriGlide(last).forward(self.at(self.duration).heights)
+        self.wait, self.gives_up = wait, gives_up
+
+    def arrival(self, stop: int) -> float:
+        """Return when it arrives at a ``stop``, by its index [s]; negative if that is past."""
+        index = stop - self.first
+        if index < 0:
+            return -math.inf
+        if index >= len(self.legs) or self.gives_up is not None:
+            return math.inf
+        before = sum(leg.plan.duration for leg in self.legs[:index])
+        return before + self.legs[index].arrival - self.legs[index].begin
+
+    def present(self, time: float) -> tuple[int, float]:
+        """Return which of the legs is driven at a ``time`` [s], and the time in its base."""
+        for index, leg in enumerate(self.legs):
+            if time < leg.plan.duration or index == len(self.legs) - 1:
+                break
+            time -= leg.plan.duration
+        return index, leg.begin + time
+
+
+@dataclass(frozen=True, eq=False)
+class TransferPlanner:
+    """Plans transfers inside one workspace.
+
+    Attributes:
+        workspace: where the platform may be, and of which machine.
+        height: of the platform between stops, by z; stops may be higher [m].
+        tolerance: how far the platform may be from a corner of its way [m].
+    """
+
+    workspace: Workspace
+    height: float
+    tolerance: float
+
+    def planned(
+        self,
+        start: Vector3,
+        stops: Sequence[Stop],
+        age: float,
+        limits: SliderLimits,
+        *,
+        wait: float = 0.0,
+        lifts: bool = True,
+    ) -> Interruptible[TransferPlan]:
+        """Return a plan from rest through all ``stops`` to rest.
+
+        Args:
+            start: of the platform. Shape (3,) [m].
+            stops: in their order.
+            age: time from that of the stops to the begin of the plan [s].
+            limits: of the sliders.
+            wait: rest before it begins [s].
+            lifts: whether it goes up after the last stop. After one that moves it does so anyway.
+
+        Raises:
+            KinematicsError: if there is no plan.
+        """
+        legs: list[Leg] = []
+        time, before = 0.0, Stop(start, wait)
+        here, frame = start, MovingTarget(start, AT_REST)
+        for stop in stops:
+            rest = 0.0 if before.moves else before.dwell
+            leg = yield from self._leg(here, frame, stop, age + time, rest, limits)
+            legs.append(leg)
+            time += leg.plan.duration
+            frame = stop.after(age + time)
+            here, before = frame.position, stop
+        if lifts or before.moves:
+            rest = 0.0 if before.moves else before.dwell
+            legs.append((yield from self._lift(here, frame, rest, limits)))
+        return TransferPlan(legs, wait=wait)
+
+    def renewed(
+        self,
+        plan: TransferPlan,
+        time: float,
+        stop: Stop,
+        age: float,
+        limits: SliderLimits,
+        allowed: float,
+    ) -> Interruptible[TransferPlan | None]:
+        """Return what is left of a ``plan`` with another motion of the stop that it leads to.
+
+        The motion in the frame stays as it is, and so the height over time. Where the other motion
+        is not met in time, the platform goes up.
+
+        Args:
+            plan: that is driven.
+            time: in it, when the next one begins [s].
+            stop: how the place moves.
+            age: time from that of the stop to then [s].
+            limits: of the sliders.
+            allowed: so far from the place the platform may be at the arrival [m].
+
+        Returns:
+            The plan; None where it can stay as it is.
+
+        Raises:
+            KinematicsError: if there is none.
+        """
+        index, now = plan.present(time)
+        leg = plan.legs[index]
+        if not isinstance(leg.plan, CarriedPlan) or plan.gives_up is not None:
+            return None
+        place, end = stop.after(age - now), leg.begin + leg.plan.duration
+        # What is asked of the place is that it is met at the arrival, and kept to in the dwell.
+        instant = leg.arrival if now < leg.arrival else end
+        there = plus(_frame_at(leg, instant).displacement, _end_of(leg.base))
+        missed = math.dist(there, place.after(instant).position)
+        if missed <= UNSEEN * allowed or end - now <= CATCHING_UP:
+            return None
+        refusal: KinematicsError | None = None
+        held = plus(_frame_at(leg, now).displacement, _end_of(leg.base))
+        off = math.dist(held, place.after(now).position)
+        turned = math.dist(_frame_at(leg, now).velocity, place.after(now).velocity)
+        quickest = _time_for(off, turned, limits)
+        latest = max(leg.arrival, now + CATCHING_UP)
+        for met in dict.fromkeys((max(leg.upright, now + quickest), latest)):
+            if met > latest:
+                continue
+            try:
+                return (yield from self._met(plan, index, now, place, met, limits))
+            except KinematicsError as error:
+                refusal = error
+            yield
+        if missed <= allowed:
+            return None
+        text = f"the place is missed by {1e3 * missed:.2g} mm, more than {1e3 * allowed:.2g} mm"
+        reason = TransferError(text if refusal is None else f"{text}: {refusal}")
+        return (yield from self.given_up(plan, time, limits, reason))
+
+    def given_up(
+        self, plan: TransferPlan, time: float, limits: SliderLimits, reason: KinematicsError
+    ) -> Interruptible[TransferPlan]:
+        """Return a plan that brakes on the way of a ``plan``, goes up from there, and rests.
+
+        Args:
+            plan: that is driven.
+            time: in it, when that begins [s].
+            limits: of the sliders.
+            reason: why.
+
+        Raises:
+            KinematicsError: if there is none.
+        """
+        index, now = plan.present(time)
+        leg, frame = plan.legs[index], _frame_at(plan.legs[index], now)
+        refusal: KinematicsError = reason
+        for gentler in (1.0, 1.6, math.inf):
+            parts = list(self._stopped(leg.base, now, gentler, limits))
+            base: Trajectory = SequencePlan(parts) if parts else leg.base
+            ends, begins = (base.duration, 0.0) if parts else (now, now)
+            speed = math.hypot(*frame.velocity)
+            duration = max(min(gentler, 2.5) * _time_for(0.0, speed, limits), ends - begins)
+            rests = begins + duration
+            still = combined(1.0, frame.displacement, 0.5 * duration, frame.velocity)
+            still = combined(1.0, still, duration * duration / 12.0, frame.acceleration)
+            carriage = Carriage((begins, rests), (frame, FrameState(still, AT_REST, AT_REST)))
+            carried = CarriedPlan(self.workspace.machine, base, carriage, max(ends, rests), begins)
+            try:
+                yield from self._proved(carried, limits)
+                last = Leg(carried, leg.base, 0.0, 0.0, math.inf, begins)
+                return TransferPlan([last], plan.first + index, gives_up=reason)
+            except KinematicsError as error:
+                refusal = error
+            yield
+        raise refusal
+
+    def _stopped(
+        self, base: PathPlan, now: float, gentler: float, limits: SliderLimits
+    ) -> Iterator[Trajectory]:
+        """Yield a braking on the way of a ``base``, and the way up from there.
+
+        Args:
+            base: that is driven.
+            now: time in it [s].
+            gentler: the braking takes so many times as long as it should have to.
+            limits: of the sliders.
+        """
+        left = base.duration - now
+        place = base.on_curve(now)
+        if left > 0.0 and place.speed > 0.0:
+            speed = math.hypot(*base.platform_at(self.workspace.machine, now)[3:6])
+            duration = gentler * _time_for(0.0, speed, limits)
+            if 0.5 * duration < left:
+                yield SlowedPlan(self.workspace.machine, base, now, duration)
+                place = base.on_curve(now + 0.5 * duration)
+            else:
+                # It brakes already.
+                yield base.moved_to(base.heights, now)
+                place = base.on_curve(base.duration)
+        here = _place_on(base, place.place)
+        way = self.height - here[2]
+        if way > SAME_WAY:
+            line = StraightLine(base.heights.geometry, here, (0.0, 0.0, 1.0), way)
+            times = np.array((0.0, _time_for(way, 0.0, limits)))
+            ends = np.array((0.0, way))
+            yield LinePlan(line, TimeScaling(times, ends, np.zeros(2), np.zeros(2)))
+
+    def _met(
+        self,
+        plan: TransferPlan,
+        index: int,
+        now: float,
+        place: MovingTarget,
+        met: float,
+        limits: SliderLimits,
+    ) -> Interruptible[TransferPlan]:
+        """Return a plan that meets a ``place``, as of the base's start, at a time in the base."""
+        leg = plan.legs[index]
+        assert isinstance(leg.plan, CarriedPlan)
+        end = leg.begin + leg.plan.duration
+        present = _frame_at(leg, now)
+        carriage = self._carriage(present, now, place, _end_of(leg.base), met, leg.arrival, end)
+        carried = CarriedPlan(self.workspace.machine, leg.base, carriage, end, now)
+        yield from self._proved(carried, limits)
+        legs = [leg._replace(plan=carried, begin=now)]
+        for following in plan.legs[index + 1 :]:
+            if len(legs) == 1 and isinstance(following.plan, CarriedPlan):
+                following = yield from self._following(following, place.after(end), limits)
+            legs.append(following)
+        return TransferPlan(legs, plan.first + index)
+
+    def _following(self, leg: Leg, frame: MovingTarget, limits: SliderLimits) -> Interruptible[Leg]:
+        """Return a leg with another motion of the place that it begins at."""
+        old = leg.plan
+        assert isinstance(old, CarriedPlan)
+        start = minus(frame.position, _place_on(leg.base, 0.0))
+        last = float(old.carriage.times[-1])
+        leaving = old.carriage.times[1] if len(old.carriage.times) > 2 else 0.0
+        states = [FrameState(*frame._replace(position=start).after(t)[:3]) for t in (0.0, leaving)]
+        others = old.carriage.times[2:].tolist() if len(old.carriage.times) > 2 else [last]
+        times = [0.0, float(leaving), *others] if leaving else [0.0, *others]
+        kept = [old.carriage.at(time) for time in others]
+        carriage = Carriage(times, [*(states if leaving else states[:1]), *kept])
+        carried = CarriedPlan(self.workspace.machine, leg.base, carriage, leg.begin + old.duration)
+        yield from self._proved(carried, limits)
+        return leg._replace(plan=carried)
+
+    def _leg(
+        self,
+        here: Vector3,
+        frame: MovingTarget,
+        stop: Stop,
+        age: float,
+        wait: float,
+        limits: SliderLimits,
+    ) -> Interruptible[Leg]:
+        """Return the leg to a ``stop``, which takes as long as it has to.
+
+        Args:
+            here: where the platform is. Shape (3,) [m].
+            frame: how the stop moves that it is at.
+            stop: to be reached.
+            age: time from that of the stop to the begin of the leg [s].
+            wait: rest in the frame before it begins [s].
+            limits: of the sliders.
+        """
+        if not stop.moves and not any(frame.velocity):
+            base = yield from self._timed(self._way(here, stop.position), limits)
+            base = base.delayed(wait)
+            yield from check_place(base.heights.driven, self.workspace, 0.0)
+            return Leg(base, base, wait, wait, base.duration)
+        refusal: KinematicsError | None = None
+        for part in PARTS_OF_LEG:
+            try:
+                return (yield from self._carried_leg(here, frame, stop, age, wait, limits, part))
+            except KinematicsError as error:
+                refusal = error
+            yield
+        assert refusal is not None
+        raise refusal
+
+    def _carried_leg(
+        self,
+        here: Vector3,
+        frame: MovingTarget,
+        stop: Stop,
+        age: float,
+        wait: float,
+        limits: SliderLimits,
+        part: float,
+    ) -> Interruptible[Leg]:
+        """Return the same leg; the frame goes over in a ``part`` of the time that it has for it.
+
+        Raises:
+            KinematicsError: if there is none.
+        """
+        place = stop.after(age)
+        arrival, stretch, leaves, upright = wait + 0.6, 1.0, wait + 0.06, wait + 0.54
+        changes = any(stop.acceleration) or any(frame.acceleration)
+        less = limits.times(*(LEFT_IN_CHANGE if changes else LEFT_TO_BASE))
+        last: tuple[float, float] | None = None
+        for _ in range(ATTEMPTS):
+            end = place.after(arrival)
+            # Where the next stop rests, the frame of the one before is soon left.
+            time = part * (upright - leaves)
+            begin = upright - time if stop.moves else leaves
+            left, met = frame.after(begin), place.after(begin + time)
+            # In the middle between both the base is where the platform is.
+            way = plus(minus(left.position, frame.position), minus(end.position, met.position))
+            way = combined(1.0, way, 0.5 * time, plus(left.velocity, met.velocity))
+            bend = minus(left.acceleration, met.acceleration)
+            way = combined(1.0, way, time * time / 12.0, bend)
+            first = scaled(way, -0.5)
+            start, goal = minus(here, first), combined(1.0, end.position, -0.5, way)
+            try:
+                natural = yield from self._timed(self._way(start, goal), less)
+            except KinematicsError:
+                self.workspace.check_position(end.position)
+                raise
+            wanted = wait + stretch * natural.duration
+            off = wanted - arrival
+            if abs(off) > EXACT * (arrival - wait):
+                # The place of the meeting depends on its instant: a secant.
+                slope = 0.0 if last is None else (off - last[1]) / (arrival - last[0]) + 1.0
+                last = arrival, off
+                arrival, leaves, upright = _later(
+                    (arrival, leaves, upright), wait, off / (1.0 - min(max(slope, -1.0), 0.5))
+                )
+                continue
+            for instant in (arrival, arrival + stop.dwell):
+                self.workspace.check_position(place.after(instant).position)
+            slower = (arrival - wait) / natural.duration
+            base = PathPlan(natural.heights, natural.scaling.slower(slower).delayed(wait))
+            leaves, upright = _upright(base)
+            time = part * (upright - leaves)
+            begin = upright - time if stop.moves else leaves
+            present = FrameState(first, frame.velocity, frame.acceleration)
+            end_of_leg = arrival + (stop.dwell if stop.moves else 0.0)
+            met_at = begin + time
+            carriage = self._carriage(present, 0.0, place, goal, met_at, arrival, end_of_leg, begin)
+            carried = CarriedPlan(self.workspace.machine, base, carriage, end_of_leg)
+            use = yield from carried.limit_use(limits, 0.0, self.workspace)
+            if use.keeps_limits:
+                yield from inside(carried, self.workspace, limits)
+                return Leg(carried, base, begin, met_at, arrival)
+            stretch = slower * _slowdown(use, limits) * SPARE
+            longer = wait + stretch * natural.duration
+            if not longer - wait < SLOWEST * natural.duration:
+                break
+            arrival, leaves, upright = _later((arrival, leaves, upright), wait, longer - arrival)
+            last = None
+            yield
+        raise TransferError("the place is not met: it moves too fast")
+
+    @staticmethod
+    def _carriage(
+        present: FrameState,
+        now: float,
+        place: MovingTarget,
+        goal: Vector3,
+        met: float,
+        arrival: float,
+        end: float,
+        leaves: float | None = None,
+    ) -> Carriage:
+        """Return a carriage that meets a place, as of the base's start; that ends at ``goal``."""
+        times, states = [now], [present]
+        if leaves is not None and leaves > now:
+            left = MovingTarget(*present).after(leaves - now)
+            times.append(leaves)
+            states.append(FrameState(*left[:3]))
+        for time in (met, arrival, end):
+            if time > times[-1] + 1e-9:
+                there = place.after(time)
+                times.append(time)
+                moved = minus(there.position, goal)
+                states.append(FrameState(moved, there.velocity, there.acceleration))
+        return Carriage(times, states)
+
+    def _lift(
+        self, here: Vector3, frame: MovingTarget, wait: float, limits: SliderLimits
+    ) -> Interruptible[Leg]:
+        """Return the leg up from a stop, to rest."""
+        x, y, z = here
+        top = max(self.height, z + SAME_WAY * 10.0)
+        path = PlatformPath.start(here).line_to((x, y, top))
+        moves = any(frame.velocity)
+        base = yield from self._timed(path, limits.times(*LEFT_TO_BASE) if moves else limits)
+        base = base.delayed(wait)
+        if not moves:
+            yield from check_place(base.heights.driven, self.workspace, 0.0)
+            return Leg(base, base, wait, wait, math.inf)
+        leaves = wait + 0.5 * (base.duration - wait)
+        left = frame._replace(position=AT_REST).after(leaves)
+        refusal: KinematicsError | None = None
+        shortest = _time_for(0.0, math.hypot(*left.velocity), limits)
+        for gentler in (1.0, 1.6, 2.5):
+            duration = gentler * shortest
+            rests = leaves + duration
+            half = combined(0.5 * duration, left.velocity, duration**2 / 12.0, left.acceleration)
+            still = FrameState(plus(left.position, half), AT_REST, AT_REST)
+            begin = FrameState(AT_REST, frame.velocity, frame.acceleration)
+            carriage = Carriage((0.0, leaves, rests), (begin, FrameState(*left[:3]), still))
+            end = max(base.duration, rests)
+            carried = CarriedPlan(self.workspace.machine, base, carriage, end)
+            try:
+                yield from self._proved(carried, limits)
+                return Leg(carried, base, leaves, rests, math.inf)
+            except KinematicsError as error:
+                refusal = error
+            yield
+        assert refusal is not None
+        raise refusal
+
+    def _proved(self, carried: CarriedPlan, limits: SliderLimits) -> Interruptible[None]:
+        """Prove that a motion keeps limits and workspace.
+
+        Raises:
+            KinematicsError: if it does not.
+        """
+        (yield from carried.limit_use(limits, 0.0, self.workspace)).check(limits)
+        yield from inside(carried, self.workspace, limits)
+
+    def _way(self, start: Vector3, end: Vector3) -> PlatformPath:
+        """Return the way up from a ``start``, across, and down to an ``end`` [m]."""
+        (x, y, z), (u, v, w) = start, end
+        top = max(self.height, z, w)
+        if math.dist((x, y), (u, v)) < SAME_WAY:
+            points = [end]
+        else:
+            points = [(x, y, top), (u, v, top), end]
+        path, last = PlatformPath.start(start), start
+        for number, point in enumerate(points):
+            if math.dist(point, last) < SAME_WAY:
+                continue
+            # The tolerance is that of the corner at its end.
+            height = abs(top - (z if number == 0 else w))
+            path = path.line_to(point, min(self.tolerance, PART_OF_HEIGHT * height))
+            last = point
+        return path
+
+    def _timed(self, path: PlatformPath, limits: SliderLimits) -> Interruptible[PathPlan]:
+        """Return the motion along a ``path``, from rest to rest, as one plan."""
+        planner = PathPlanner(self.workspace)
+        driven = yield from path.driven_in_pieces()
+        heights = PathHeights(driven, self.workspace.machine.geometry)
+        whole = yield from planner.to_the_end(heights, Planned(limits))
+        parts = [part for part, _ in whole.parts(0.0)]
+        first = parts[0]
+        assert isinstance(first, PathPlan)
+        scaling = TimeScaling.joined([part.scaling for part in parts if isinstance(part, PathPlan)])
+        return PathPlan(first.heights, scaling)
+
+
+def _time_for(way: float, speed: float, limits: SliderLimits) -> float:
+    """Return how long it takes to go a ``way`` [m] and to change by a ``speed`` [m/s].
+
+    Those are the largest velocity, acceleration and jerk of a quintic from rest to rest, and of a
+    speed that changes with the cube of the time, as the platform were a slider.
+    """
+    velocity, acceleration, jerk = PARTS_FOR_MORE * limits.table.min(axis=1)
+    return float(
+        max(
+            1.875 * way / velocity,
+            1.5 * speed / acceleration + math.sqrt(5.774 * way / acceleration),
+            math.sqrt(6.0 * speed / jerk) + math.cbrt(60.0 * way / jerk),
+            CATCHING_UP,
+        )
+    )
+
+
+def _slowdown(use: LimitBounds, limits: SliderLimits) -> float:
+    """Return by which factor a motion has to be slower."""
+    velocity, acceleration, jerk = use.use.max(axis=1).tolist()
+    factors = [velocity, math.sqrt(acceleration), math.cbrt(jerk)]
+    factors += [
+        part ** (1.0 / bound.order) for bound, part in zip(limits.added, use.added.tolist())
+    ]
+    return max(1.0, *factors)
+
+
+def _later(
+    instants: tuple[float, float, float], wait: float, later: float
+) -> tuple[float, float, float]:
+    """Return ``instants`` behind a ``wait``; the first is so much ``later``, the others as well."""
+    first, second, third = instants
+    ratio = max(1.0 + later / (first - wait), 0.1)
+    return (
+        wait + ratio * (first - wait),
+        wait + ratio * (second - wait),
+        wait + ratio * (third - wait),
+    )
+
+
+def _place_on(base: PathPlan, place: float) -> Vector3:
+    x, y, z, *_ = base.heights.driven.state(place)
+    return x, y, z
+
+
+def _end_of(base: PathPlan) -> Vector3:
+    return _place_on(base, base.ends_at)
+
+
+def _frame_at(leg: Leg, time: float) -> FrameState:
+    assert isinstance(leg.plan, CarriedPlan)
+    return leg.plan.carriage.at(time)
+
+
+def _upright(base: PathPlan) -> tuple[float, float]:
+    """Return when a motion leaves its start, and from when on it is above its end [s].
+
+    It is upright for some time then. The frame goes over in a part of that, too, as it is still
+    where it was, nearly: it begins, and ends, without acceleration.
+    """
+    times = np.linspace(0.0, base.duration, LOOKS)
+    ways, _, _ = base.scaling.evaluate(times)
+    places = base.heights.place_series(ways, np.zeros(LOOKS)).values[0, :2]
+    at_start = np.hypot(*(places - places[:, :1])) < BESIDE
+    at_end = np.hypot(*(places - places[:, -1:])) < BESIDE
+    leaves = LOOKS if at_start.all() else int(np.argmin(at_start))
+    arrives = 0 if at_end.all() else LOOKS - int(np.argmin(at_end[::-1]))
+    if leaves >= arrives:
+        # All of it is upright.
+        return float(0.25 * base.duration), float(0.75 * base.duration)
+    moves = float(times[int(np.argmax(ways > ways[0]))])
+    left, met = float(times[max(leaves - 1, 0)]), float(times[min(arrives, LOOKS - 1)])
+    return left - PART_UPRIGHT * (left - moves), met + PART_UPRIGHT * (base.duration - met)
