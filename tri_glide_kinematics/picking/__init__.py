@@ -21,5 +21,13 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.places import Place as Place
     from tri_glide_kinematics.picking.places import Places as Places
     from tri_glide_kinematics.picking.places import grid as grid
+    from tri_glide_kinematics.picking.simulated import Grip as Grip
+    from tri_glide_kinematics.picking.simulated import Readings as Readings
+    from tri_glide_kinematics.picking.simulated import SimulatedBelt as SimulatedBelt
+    from tri_glide_kinematics.picking.simulated import SimulatedCamera as SimulatedCamera
+    from tri_glide_kinematics.picking.simulated import SimulatedEncoder as SimulatedEncoder
+    from tri_glide_kinematics.picking.simulated import SimulatedGripper as SimulatedGripper
+    from tri_glide_kinematics.picking.simulated import SimulatedPart as SimulatedPart
+    from tri_glide_kinematics.picking.simulated import laid_parts as laid_parts
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
