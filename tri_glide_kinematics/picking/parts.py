@@ -230,8 +230,11 @@ class Parts:
         part.outcome, part.text, part.ended = outcome, text, time
 
     def lose(self, text: str, time: float) -> list[Part]:
-        """End all parts on the belt as lost, as after a jump of its encoder, and return them."""
-        lost = self.on_belt()
+        """End all parts on the belt as lost, as after a jump of its encoder, and return them.
+
+        Those that are taken are not on it.
+        """
+        lost = [part for part in self.on_belt() if not part.is_taken]
         for part in lost:
             self.end(part, PartOutcome.LOST, text, time)
         self._parts = []
