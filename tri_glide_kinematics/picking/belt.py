@@ -23,7 +23,7 @@ HISTORY = 4.0
 LONGEST_FIT = 1.3
 
 # A time that a curve does not fit is cut to this part of it, down to so many reports for a line.
-SHORTER = 0.8
+SHORTER = 0.7
 FEWEST = 3
 
 # A parabola through fewer reports says nothing of the acceleration. The line is taken where it
@@ -35,13 +35,16 @@ ENOUGH = 0.6
 # part tells the noise, as the others may be those at which the speed changes.
 OFF, STEADY_PART = 3.4, 0.9
 
-# No belt changes its speed faster [m/s^2]; an encoder that is off by so much more has jumped [m].
+# No belt is faster [m/s] or changes its speed faster [m/s^2], but where it is switched. An encoder
+# that is off by so much more may have jumped [m].
+FASTEST = 2.0
 FASTEST_CHANGE = 10.0
 LEAST_JUMP = 1e-3
 
-# Of a report that was off, the next one says what it was, by how far it is off itself: a wrong
-# report below the first part of that, a jump below the second, and else a new speed.
-WRONG, JUMPED = 0.5, 1.5
+# Of a report that was off, the next one says what it was, by how far it is off itself. Below this
+# part of that, the report was wrong. A jump is all of it. A new speed is all of it and more, by
+# the time that has gone on: here is half of what that is at least.
+WRONG, JUMPED = 0.5, 0.5
 
 # The velocity in the past is a mean of so long before and behind [s].
 AROUND = 0.03
@@ -126,7 +129,7 @@ class BeltMotion:
         if gap <= 0.0:
             return False
         foreseen = self.at(time).position
-        doubted, first = self._off, len(self._times)
+        doubted, kept = self._off, 1
         largest = LEAST_JUMP + 2.0 * self._tolerance + 0.5 * FASTEST_CHANGE * gap**2
         has_jumped = False
         if self._wrap:
@@ -134,16 +137,21 @@ class BeltMotion:
             has_jumped = largest > 0.5 * self._wrap
             position += self._wrap * round((foreseen - position) / self._wrap)
         off = position - foreseen
-        if doubted and off / doubted < WRONG:
-            del self._times[-1], self._positions[-1]
-        elif doubted and off / doubted < JUMPED:
-            has_jumped, first = True, first - 1
+        if doubted:
+            part, before = off / doubted, self._times[-1] - self._times[-2]
+            if WRONG < part < 1.0 + JUMPED * gap / before:
+                has_jumped, kept = True, 2
+            elif abs(off) > FASTEST * (before + gap):
+                has_jumped = True
+            elif part <= WRONG:
+                del self._times[-1], self._positions[-1]
+                doubted = 0.0
         self._off = off if abs(off) > largest and not doubted and not has_jumped else 0.0
         self._times.append(time)
         self._positions.append(position)
         if not has_jumped:
-            first = max(bisect_right(self._times, time - HISTORY) - 1, 0)
-        del self._times[:first], self._positions[:first]
+            kept = len(self._times) + 1 - bisect_right(self._times, time - HISTORY)
+        del self._times[:-kept], self._positions[:-kept]
         self._motion = None
         return has_jumped
 
