@@ -111,6 +111,9 @@ class CommandQueue:
     """Commands for an engine: a target and limits at most that wait, and one that is planned.
 
     A command that is refused, or is given up for a newer one, ends here.
+
+    Attributes:
+        present: for when the present setpoint is [s].
     """
 
     def __init__(
@@ -124,13 +127,12 @@ class CommandQueue:
             streams: are told which of their commands are carried out.
             newest_target: that the engine has taken, and that a newer one ends.
         """
+        self.present = 0.0
         self._engine = engine
         self._period = period
         self._streams = streams
         self._newest_target = newest_target
         self._now = 0.0
-        # For when the present setpoint is.
-        self._stepped = 0.0
         self._inbox = Inbox(period)
         self._limits = DriveLimits(engine.limits, *engine.scales)
         self._cycle = 0
@@ -292,7 +294,7 @@ class CommandQueue:
     def step(self) -> SliderState:
         """Advance the engine by a cycle, and return its setpoint."""
         self._rests_first = False
-        self._stepped = self._now
+        self.present = self._now
         return self._engine.step(self._period)
 
     @property
@@ -337,7 +339,7 @@ class CommandQueue:
                 raise CommandRefusedError(NO_PATH_ANY_MORE, Refusal.NO_PATH)
             self._making = command.making(engine.target if command.extends else None)
             if self._making is None:
-                command.has_turn(self._now, self._period, self._stepped)
+                command.has_turn(self._now, self._period, self.present)
                 engine.carry_out(command)
         except KinematicsError as error:
             return error

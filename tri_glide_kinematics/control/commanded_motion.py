@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.control.operating_state import (
@@ -28,8 +29,10 @@ from tri_glide_kinematics.motion.engine import (
     MotionEngine,
     MotionPhase,
     Move,
+    Stop,
     TargetKind,
     Track,
+    Transfer,
 )
 from tri_glide_kinematics.motion.limits import PlatformSpeedLimit, SliderLimits
 from tri_glide_kinematics.motion.tracking import ToldPlaces
@@ -125,6 +128,8 @@ class CommandedMotion:
         self._states.check_accepting()
         if command.destination is not None:
             self._engine.check_position(command.destination)
+        if isinstance(command, Transfer):
+            command.lead = self._operation.underway.delay
         self._carry_out(command)
 
     def jog(self, velocity: Vector3, now: float, age: float = math.nan) -> None:
@@ -287,6 +292,21 @@ class CommandedMotion:
         self._states.change(MOVING, Reason(Cause.COMMAND, self._newest_target.text))
         return "goes on along the path"
 
+    def renew(self, stop: int, motion: Stop, seen: float) -> bool:
+        """Let a transfer go on to its next ``stop``, which moves otherwise.
+
+        Args:
+            stop: its index.
+            motion: how it moves.
+            seen: when it was at its position [s].
+
+        Returns:
+            Whether that is begun: not while another plan is made, or the stop is not the next.
+        """
+        if self._states.state is not MOVING:
+            return False
+        return self._engine.renew(stop, motion, self._queue.present - seen)
+
     def cancel(self, goal: Command) -> None:
         """Come to rest, if the motion is that of the ``goal``; give it up if it only waits."""
         if goal.outcome is not None:
@@ -336,6 +356,7 @@ class CommandedMotion:
     def look_after(self) -> None:
         """Tell what has been taken or refused with the setpoint that has just been made."""
         try:
+            self._look_for_missed_stop()
             # A plan that was ready begins with this setpoint.
             decided = self._queue.decided(self._states.state in ON_THE_WAY)
             if decided is not None:
@@ -376,10 +397,37 @@ class CommandedMotion:
                 assert path is not None and driven is not None
                 places = command.outputs.places(path, driven)
                 self._newest_target.outputs.extend(zip(places, command.outputs.told))
+            if isinstance(command, Transfer):
+                self._schedule(command)
             if self._engine.is_paused:
                 self._tell_pause()
             else:
                 self._states.change(STATE_OF[command.phase], reason)
+
+    def _schedule(self, transfer: Transfer) -> None:
+        """Note when the outputs of a ``transfer`` are due."""
+        progress = self._engine.transfer_progress
+        arrivals = progress.arrivals if progress is not None else ()
+        due = [
+            (self._queue.present + arrival + after, output)
+            for stop, arrival in zip(transfer.stops, arrivals)
+            for after, output in stop.outputs
+        ]
+        instants = self._newest_target.instants
+        ordered = sorted((*instants, *due), key=itemgetter(0))
+        instants.clear()
+        instants.extend(ordered)
+
+    def _look_for_missed_stop(self) -> None:
+        """Tell that a transfer is given up, as a stop is not met."""
+        progress, target = self._engine.transfer_progress, self._newest_target
+        if progress is None or progress.gives_up is None:
+            return
+        if target.command is not None and target.command.outcome is None:
+            text = f"{target.text}: {progress.gives_up}; the platform goes up"
+            target.end_driven(GoalCode.NOT_REACHED, text)
+            target.text = "the height above the stop"
+            self._states.change(MOVING, Reason(Cause.TARGET_NOT_REACHED, text))
 
     def _tell_pause(self) -> None:
         """Tell that the path that is followed is paused."""

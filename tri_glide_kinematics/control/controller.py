@@ -41,6 +41,7 @@ from tri_glide_kinematics.motion.engine import (
     MotionEngine,
     MotionPhase,
     PathProgress,
+    TransferProgress,
 )
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.vectors import Vector3
@@ -69,8 +70,8 @@ class MotionController:
         passed_outputs: of the path, where the motors have just been; who tells them clears it.
         move_to, jog, track, follow, follow_pose, set_limits, set_teach_mode: motions, as
             ``CommandedMotion`` says.
-        pursue, pursue_position, pause, resume, cancel, leads_to: motions whose end somebody waits
-            for, as ``CommandedMotion`` says.
+        pursue, pursue_position, renew, pause, resume, cancel, leads_to: motions whose end somebody
+            waits for, as ``CommandedMotion`` says.
         stop, enable, disable, end, set_obstacle, fail: as ``Operation`` says.
         check_free: as ``StartingPlace`` says.
     """
@@ -128,6 +129,7 @@ class MotionController:
         self.set_teach_mode = motion.set_teach_mode
         self.pursue, self.pursue_position = motion.pursue, motion.pursue_position
         self.pause, self.resume = motion.pause, motion.resume
+        self.renew = motion.renew
         self.cancel, self.leads_to = motion.cancel, motion.leads_to
         on_change(self.status)
 
@@ -208,6 +210,11 @@ class MotionController:
         None without one, and until its length is known.
         """
         return self._engine.path_progress
+
+    @property
+    def transfer_progress(self) -> TransferProgress | None:
+        """How far the transfer is that is carried out; None without one."""
+        return self._engine.transfer_progress
 
     @property
     def progress(self) -> MotionProgress:
@@ -336,6 +343,9 @@ class MotionController:
         self._motion.look_after()
         if self.newest_target.outputs:
             self._pass_outputs()
+        instants = self.newest_target.instants
+        while instants and instants[0][0] <= now + 0.5 * self._period:
+            self._underway.pass_output(instants.popleft()[1])
         if self._underway.outputs:
             self.passed_outputs += self._underway.passed_outputs()
         is_idle = self._engine.phase is MotionPhase.IDLE

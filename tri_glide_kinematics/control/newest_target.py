@@ -110,6 +110,7 @@ class NewestTarget:
         driven: the target, and of a path that was extended all that it was before.
         cancelled: targets for which the machine comes to rest.
         outputs: that are still to be told on the path, and where on it [m].
+        instants: of outputs that are still to be told in a transfer, and those [s].
     """
 
     def __init__(self, bounds: InPositionBounds) -> None:
@@ -124,6 +125,7 @@ class NewestTarget:
         self.driven: tuple[Command, ...] = ()
         self.cancelled: list[Command] = []
         self.outputs: deque[tuple[float, Any]] = deque()
+        self.instants: deque[tuple[float, Any]] = deque()
         self._in_position: InPosition | None = None
         # Whether the sliders are at their commands, after a cancel.
         self._at_rest: InPosition | None = None
@@ -160,6 +162,9 @@ class NewestTarget:
             self.end_driven(GoalCode.SUPERSEDED, f"superseded by {command}")
             self.driven = (command,)
             self.outputs.clear()
+            if not command.is_timed:
+                # A transfer begins at the end of the one before, whose outputs are still due.
+                self.instants.clear()
         self.command = command
         self.text = str(command)
         self.position = command.position or end
@@ -168,6 +173,8 @@ class NewestTarget:
 
     def end_driven(self, code: GoalCode, text: str) -> None:
         """Note how the target ended, unless it is cancelled."""
+        if code not in (GoalCode.SUCCEEDED, GoalCode.SUPERSEDED):
+            self.instants.clear()
         for command in self.driven:
             if not command.is_cancelled:
                 command.end(code, text)
@@ -181,6 +188,7 @@ class NewestTarget:
     def cancel(self, goal: Command) -> None:
         """Let a ``goal`` end when the machine has come to rest."""
         goal.is_cancelled = True
+        self.instants.clear()
         self.cancelled.append(goal)
         self._at_rest = None
 

@@ -77,7 +77,7 @@ CATCHING_UP = 0.06
 PARTS_FOR_MORE = (0.8, 0.4, 0.4)
 
 # A place that is missed by this part of what is allowed is met.
-UNSEEN = 0.02
+UNSEEN = 0.1
 
 # After it has left a stop, the frame comes to rest in one of these times [s].
 COMING_TO_REST = (0.15, 0.25, 0.4, 0.7, 1.2)
