@@ -105,7 +105,7 @@ class PickSettings:
         opening: time from an output to the open gripper [s].
         dwells: at the part and at the place; it has closed or opened at their ends [s].
         sensing: time from the closed gripper until its sensor tells [s].
-        lead: so much earlier than the place a setpoint has to be there: the delay of drives [s].
+        allowed: so far from a part the platform may arrive; else it goes up again [m].
     """
 
     height: float
@@ -116,7 +116,7 @@ class PickSettings:
     opening: float = 0.02
     dwells: tuple[float, float] = (0.02, 0.02)
     sensing: float = 0.05
-    lead: float = 0.0
+    allowed: float = 1e-3
 
 
 class PartEvent(NamedTuple):
@@ -235,7 +235,7 @@ class Picker:
             if last is not None and math.isinf(last.gripped):
                 return self._approach(now, machine, last)
             arrival = machine.arrivals[-1] if last and machine.arrivals else math.inf
-            is_free &= arrival <= 0.0
+            is_free &= arrival < PLANNED_BEFORE
             self._free_at = now + arrival + self._settings.dwells[1]
         elif self._carries_on and last is not None:
             return self._transfer(now, self._release(last))
@@ -302,13 +302,16 @@ class Picker:
         if cycle.part.outcome is None and self._belt.is_silent(now):
             self._end_part(cycle, PartOutcome.MISSED, "the encoder of the belt is silent", now)
         if cycle.part.outcome is not None:
+            if len(self._cycles) > 1:
+                # The part before has to be released first.
+                return None
             self._end_cycle(cycle, cycle.part.outcome, cycle.part.text, now)
             self._gives_up = True
             return GivingUp(cycle.part.text)
-        told = self._told
-        if told is None or not machine.arrivals or now < told.seen + RENEWED_AFTER:
+        told, given = self._told, self._given
+        if not (told and given and machine.arrivals) or now < told.seen + RENEWED_AFTER:
             return None
-        grip = now + machine.arrivals[0] + self._settings.dwells[0] + self._settings.lead
+        grip = now + machine.arrivals[0] + self._settings.dwells[0] + given.lead
         if not now < grip < math.inf:
             return None
         there = minus(self._place_of(cycle.part, grip), self._settings.point)
@@ -348,16 +351,10 @@ class Picker:
     def _transfer(self, now: float, *stops: Stop, leave_at: float = -math.inf) -> Transfer:
         """Return a transfer that rests at its last stop."""
         settings = self._settings
-        self._given = Transfer(
-            stops,
-            settings.height,
-            tolerance=settings.tolerance,
-            lifts=False,
-            seen=now,
-            leave_at=leave_at,
-            lead=settings.lead,
-        )
-        return self._given
+        given = Transfer(stops, settings.height, lifts=False, seen=now, leave_at=leave_at)
+        given.tolerance, given.allowed = settings.tolerance, settings.allowed
+        self._given = given
+        return given
 
     def _grip(self, part: Part, now: float) -> Stop:
         """Return the stop at a part, as of ``now`` [s]."""
