@@ -1,0 +1,242 @@
+"""How a belt moves, by what its encoder reports: where it was, and where it will be.
+
+It moves as the line or the parabola through the reports of the longest time until now that such a
+curve fits. So what an encoder rounds off shakes a steady belt the less the longer it runs, and
+what was before a change of its speed is left out as soon as it does not fit any more.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from typing import NamedTuple
+
+import numpy as np
+
+from tri_glide_kinematics.checks import finite, non_negative, positive
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.vectors import FloatArray
+from tri_glide_kinematics.wording import number_text
+
+# How long reports are kept, at least, and to how much of them a curve is fitted [s].
+HISTORY = 4.0
+LONGEST_FIT = 1.3
+
+# A time that a curve does not fit is cut to this part of it, down to so many reports for a line.
+SHORTER = 0.7
+FEWEST = 3
+
+# A parabola through fewer reports says nothing of the acceleration. The line is taken where it
+# fits at least this part of the time that the parabola fits.
+FEWEST_BENT = 6
+ENOUGH = 0.6
+
+# A curve fits where no report is off it by more than this many times the noise. Of all reports this
+# part tells the noise, as the others may be those at which the speed changes.
+OFF, STEADY_PART = 3.4, 0.9
+
+# No belt is faster [m/s] or changes its speed faster [m/s^2], but where it is switched. An encoder
+# that is off by so much more may have jumped [m].
+FASTEST = 2.0
+FASTEST_CHANGE = 10.0
+LEAST_JUMP = 1e-3
+
+# Of a report that was off, the next one says what it was, by how far it is off itself. Below this
+# part of that, the report was wrong. A jump is all of it. A new speed is all of it and more, by
+# the time that has gone on: here is half of what that is at least.
+WRONG, JUMPED = 0.5, 0.5
+
+# The velocity in the past is a mean of so long before and behind [s].
+AROUND = 0.03
+
+
+class BeltState(NamedTuple):
+    """How a belt moves at a time.
+
+    Attributes:
+        position: along its direction, on a scale that never wraps [m].
+        velocity: [m/s].
+        acceleration: 0 in the past, where it is not asked for [m/s^2].
+    """
+
+    position: float
+    velocity: float
+    acceleration: float
+
+
+class BeltUnknownError(KinematicsError):
+    """It is not known where the belt was."""
+
+    def __init__(self, time: float, first: float | None) -> None:
+        """Store the ``time`` asked for, and the ``first`` that is known, if one is [s]."""
+        since = "no time" if first is None else f"{number_text(first)} s on"
+        super().__init__(
+            f"the belt at time = {number_text(time)} s is not known, it is from {since}"
+        )
+        self.time = time
+        self.first = first
+
+
+class BeltMotion:
+    """The motion of a belt, from the reports of its encoder."""
+
+    def __init__(
+        self, resolution: float = 1e-4, wrap: float = 0.0, longest_silence: float = 0.1
+    ) -> None:
+        """Know no report yet.
+
+        Args:
+            resolution: one step of the encoder [m].
+            wrap: way after which it begins again at the same position; 0 for never [m].
+            longest_silence: without a report, before the encoder counts as silent [s].
+
+        Raises:
+            OutOfBoundsError: if one is negative, or the resolution or the silence zero.
+        """
+        self._resolution = positive("resolution", resolution, "m")
+        self._wrap = non_negative("wrap", wrap, "m")
+        self._longest_silence = positive("longest_silence", longest_silence, "s")
+        self._times: list[float] = []
+        self._positions: list[float] = []
+        # How far the last report is off, if it is doubted [m]; the motion by the others.
+        self._off = 0.0
+        self._motion: BeltState | None = None
+        # How far reports may be off a curve that fits them [m].
+        self._tolerance = self._resolution
+
+    def is_silent(self, now: float) -> bool:
+        """Return whether the last report is not of the time just before ``now`` [s]."""
+        return not self._times or abs(now - self._times[-1]) > self._longest_silence
+
+    def report(self, time: float, position: float) -> bool:
+        """Take a report; one that is not newer than the last is left out.
+
+        Args:
+            time: at which the encoder was read [s].
+            position: of the belt then, wrapped or not [m].
+
+        Returns:
+            Whether the encoder has jumped. Then nothing of the time before is known any more, and
+            what lies on the belt is lost.
+
+        Raises:
+            NotFiniteError: if one of them is NaN or infinite.
+        """
+        time, position = finite("time", time), finite("position", position)
+        if not self._times:
+            self._times, self._positions = [time], [position]
+        gap = time - self._times[-1]
+        if gap <= 0.0:
+            return False
+        foreseen = self.at(time).position
+        doubted, kept = self._off, 1
+        largest = LEAST_JUMP + 2.0 * self._tolerance + 0.5 * FASTEST_CHANGE * gap**2
+        has_jumped = False
+        if self._wrap:
+            # After a long silence nobody can say how often it has wrapped.
+            has_jumped = largest > 0.5 * self._wrap
+            position += self._wrap * round((foreseen - position) / self._wrap)
+        off = position - foreseen
+        if doubted:
+            part, before = off / doubted, self._times[-1] - self._times[-2]
+            if WRONG < part < 1.0 + JUMPED * gap / before:
+                has_jumped, kept = True, 2
+            elif abs(off) > FASTEST * (before + gap):
+                has_jumped = True
+            elif part <= WRONG:
+                del self._times[-1], self._positions[-1]
+                doubted = 0.0
+        self._off = off if abs(off) > largest and not doubted and not has_jumped else 0.0
+        self._times.append(time)
+        self._positions.append(position)
+        if not has_jumped:
+            kept = len(self._times) + 1 - bisect_right(self._times, time - HISTORY)
+        del self._times[:-kept], self._positions[:-kept]
+        self._motion = None
+        return has_jumped
+
+    def at(self, time: float) -> BeltState:
+        """Return how the belt moves at a ``time`` [s], before the last report or after it.
+
+        A belt that slows down is foreseen to stop, not to turn round.
+
+        Raises:
+            BeltUnknownError: before the first report that is kept, as after a jump.
+        """
+        if not self._times or time < self._times[0]:
+            raise BeltUnknownError(time, self._times[0] if self._times else None)
+        known = len(self._times) - bool(self._off)
+        times, positions = self._times[:known], self._positions[:known]
+        if time >= times[-1]:
+            return self._foreseen(time, times, positions)
+        begin, end = max(time - AROUND, times[0]), min(time + AROUND, times[-1])
+        before, position, behind = np.interp((begin, time, end), times, positions).tolist()
+        return BeltState(position, (behind - before) / (end - begin), 0.0)
+
+    def _foreseen(self, time: float, times: list[float], positions: list[float]) -> BeltState:
+        """Return how the belt moves at a ``time`` [s] after the last of the reports."""
+        if self._motion is None:
+            begin = bisect_right(times, times[-1] - LONGEST_FIT, 0, len(times) - 1)
+            until = np.array(times[begin:]) - times[-1]
+            moved = np.array(positions[begin:]) - positions[-1]
+            self._tolerance = max(1.1 * self._resolution, OFF * noise_of(until, moved))
+            position, velocity, acceleration = fitted(until, moved, self._tolerance)
+            self._motion = BeltState(positions[-1] + position, velocity, acceleration)
+        dt = time - times[-1]
+        position, velocity, acceleration = self._motion
+        if velocity * acceleration < 0.0 and dt > -velocity / acceleration:
+            return BeltState(position - 0.5 * velocity**2 / acceleration, 0.0, 0.0)
+        position += (velocity + 0.5 * acceleration * dt) * dt
+        return BeltState(position, velocity + acceleration * dt, acceleration)
+
+
+def noise_of(times: FloatArray, positions: FloatArray) -> float:
+    """Return the noise of reports, by how far they are off the chord of their neighbours [m].
+
+    Args:
+        times: of the reports, ascending. Shape (n,) [s].
+        positions: of the belt then. Shape (n,) [m].
+    """
+    parts = (times[1:-1] - times[:-2]) / (times[2:] - times[:-2])
+    bends = positions[1:-1] - positions[:-2] - parts * (positions[2:] - positions[:-2])
+    steady = np.sort(bends**2)[: int(STEADY_PART * len(bends))]
+    return math.sqrt(steady.mean()) if len(steady) else 0.0
+
+
+def fitted(times: FloatArray, positions: FloatArray, tolerance: float) -> BeltState:
+    """Return the motion at time 0, by the longest time until then that a curve fits.
+
+    Args:
+        times: of the reports, ascending to 0. Shape (n,) [s].
+        positions: of the belt then. Shape (n,) [m].
+        tolerance: how far they may be off [m].
+    """
+    line, straight = longest_fit(times, positions, 1, tolerance)
+    if straight == len(times):
+        return line
+    parabola, bent = longest_fit(times, positions, 2, tolerance)
+    is_bent = bent >= FEWEST_BENT and times[-straight] > ENOUGH * times[-bent]
+    return parabola if is_bent else line
+
+
+def longest_fit(
+    times: FloatArray, positions: FloatArray, degree: int, tolerance: float
+) -> tuple[BeltState, int]:
+    """Return the motion at time 0, and the number of reports until then that a curve fits.
+
+    Args:
+        times: of the reports, ascending to 0. Shape (n,) [s].
+        positions: of the belt then. Shape (n,) [m].
+        degree: of the curve, at most 2.
+        tolerance: how far they may be off [m].
+    """
+    count, fewest = len(times), FEWEST + degree - 1
+    while True:
+        # Of the whole time, so that all powers are of one size.
+        whole = -times[-count] or 1.0
+        powers = np.vander(times[-count:] / whole, 3, increasing=True)
+        powers[:, degree + 1 :] = 0.0
+        factors = np.linalg.lstsq(powers, positions[-count:], rcond=None)[0]
+        if count <= fewest or abs(powers @ factors - positions[-count:]).max() <= tolerance:
+            return BeltState(*(factors * (1.0, 1.0 / whole, 2.0 / whole**2)).tolist()), count
+        count = max(int(SHORTER * count), fewest)

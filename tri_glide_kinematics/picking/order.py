@@ -1,0 +1,169 @@
+"""Which part a machine takes next from its belt, so that as many as possible are placed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from tri_glide_kinematics.vectors import Vector3, combined, dot
+
+# Parts that a plan looks ahead. More change nothing that is done next, and cost time.
+AHEAD = 12
+
+# A belt that is slower is at rest [m/s].
+SLOWEST = 1e-6
+
+# A belt may turn back for a while. A part that leaves the window backwards is passed on when it is
+# so far away from it [m].
+TURNED_BACK = 1.0
+
+# Instants of a grip are as exact as that [s].
+PRECISION = 1e-4
+MOST_STEPS = 20
+
+
+class CycleTimes(NamedTuple):
+    """How long the cycle of one part takes [s].
+
+    Attributes:
+        reach: from the last place until the platform arrives at the part.
+        rest: from there until it may leave the place of the part.
+    """
+
+    reach: float
+    rest: float
+
+
+class Pick(NamedTuple):
+    """What is to be done next.
+
+    Attributes:
+        part: its number.
+        leave_at: when the platform is to leave [s]. Until then another part may come up, so a
+            machine that waits asks again.
+        grip_at: when it arrives at the part [s].
+        position: where that is, in the frame of the machine [m].
+    """
+
+    part: int
+    leave_at: float
+    grip_at: float
+    position: Vector3
+
+
+class Choice(NamedTuple):
+    """The next part, and those that are passed on.
+
+    Attributes:
+        pick: None while there is no part that can be reached.
+        passed: numbers of the parts that have left the window for good.
+    """
+
+    pick: Pick | None
+    passed: tuple[int, ...]
+
+
+class _Arrival(NamedTuple):
+    """A part that is in the window from one instant to another."""
+
+    until: float
+    left: float  # of the way to the end of the window [m]
+    number: int
+    since: float
+    position: Vector3  # now, in the frame of the machine
+
+
+@dataclass(frozen=True)
+class PickOrder:
+    """Chooses parts for one machine at one belt.
+
+    Attributes:
+        direction: in which the belt ordinarily runs. Unit vector.
+        window: of a position in the frame of the machine [m], the first and the last way along
+            ``direction`` [m] at which a part beside it can be gripped.
+        cycle: of the position of a grip [m] and the velocity of the belt [m/s], its times.
+    """
+
+    direction: Vector3
+    window: Callable[[Vector3], tuple[float, float]]
+    cycle: Callable[[Vector3, float], CycleTimes]
+
+    def choose(
+        self,
+        parts: Mapping[int, Vector3],
+        belt: tuple[float, float],
+        now: float,
+        free_at: float,
+    ) -> Choice:
+        """Return what to pick next, by all parts that are known, those still to come included.
+
+        Args:
+            parts: their numbers, and their positions in the frame of the belt [m].
+            belt: its position [m] and velocity [m/s] now.
+            now: the time [s].
+            free_at: when the machine may leave its last place [s].
+        """
+        velocity = belt[1] if abs(belt[1]) > SLOWEST else 0.0
+        arrivals, passed = [], []
+        for number, position in parts.items():
+            here = combined(1.0, position, belt[0], self.direction)
+            way = dot(here, self.direction)
+            first, last = self.window(here)
+            until = math.inf if first <= way <= last else -math.inf
+            since = now
+            if velocity:
+                since, until = sorted(now + (end - way) / velocity for end in (first, last))
+                is_behind = until < now and (velocity > 0.0 or way < first - TURNED_BACK)
+                passed += [number] if is_behind else []
+            if until >= free_at:
+                # Of parts that leave at the same time, never, the first in the way of the belt.
+                arrivals.append(_Arrival(until, last - way, number, since, here))
+        arrivals.sort()
+        plan = self._best_plan(arrivals[:AHEAD], velocity, now, free_at)
+        return Choice(plan, tuple(passed))
+
+    def _best_plan(
+        self, arrivals: Sequence[_Arrival], velocity: float, now: float, free_at: float
+    ) -> Pick | None:
+        """Return the first pick of the plan that places most; all belts move parts in their order.
+
+        ``plans[n]`` is the one that is over first of those that place n of the parts so far.
+        """
+        plans: list[tuple[float, Pick | None]] = [(free_at, None)]
+        for arrival in arrivals:
+            for count in reversed(range(len(plans))):
+                free, first = plans[count]
+                grip = self._grip(arrival, velocity, now, free)
+                if grip is None:
+                    continue
+                pick, end = grip
+                plan = (end, first or pick)
+                if count + 1 == len(plans):
+                    plans.append(plan)
+                elif end < plans[count + 1][0]:
+                    plans[count + 1] = plan
+        # Only time after the last part has come up is lost for parts that are not known yet.
+        latest = max((arrival.since for arrival in arrivals), default=free_at)
+        cycle = (plans[-1][0] - free_at) / max(len(plans) - 1, 1) or 1.0
+        values = [count - max(end - latest, 0.0) / cycle for count, (end, _) in enumerate(plans)]
+        return plans[max(range(1, len(plans)), key=values.__getitem__, default=0)][1]
+
+    def _grip(
+        self, arrival: _Arrival, velocity: float, now: float, free_at: float
+    ) -> tuple[Pick, float] | None:
+        """Return the first grip of a part from ``free_at`` on, and the end of its cycle [s].
+
+        None if the part is gone before.
+        """
+        at = max(arrival.since, free_at)
+        for _ in range(MOST_STEPS):
+            if at > arrival.until:
+                return None
+            position = combined(1.0, arrival.position, velocity * (at - now), self.direction)
+            reach, rest = self.cycle(position, velocity)
+            before, at = at, max(arrival.since, free_at + reach)
+            if abs(at - before) < PRECISION:
+                break
+        return Pick(arrival.number, at - reach, at, position), at + rest

@@ -1,0 +1,399 @@
+"""Picks parts from a belt and places them, one after the other: told the time, it tells what to do.
+
+It gives transfers from a part to a place, and newer motion of the part while the platform is on its
+way there. Each part has its one outcome, whatever the machine does; and nothing begins again by
+itself once the machine was stopped.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import GoalCode, Stop, Transfer
+from tri_glide_kinematics.picking.belt import BeltMotion, BeltUnknownError
+from tri_glide_kinematics.picking.order import PickOrder
+from tri_glide_kinematics.picking.parts import Part, PartOutcome, Parts, Sighting
+from tri_glide_kinematics.picking.places import Place, Places
+from tri_glide_kinematics.vectors import Vector3, minus, plus, scaled
+
+# The motion of a part is told again if at the grip it will be elsewhere by this [m], but not before
+# this time is over [s].
+RENEWED_FROM = 2e-5
+RENEWED_AFTER = 0.02
+
+# While the machine is free it is looked so often for a part, and so often else for parts that have
+# passed [s].
+LOOKS_EACH = 0.02
+PASSES_EACH = 0.5
+
+# A transfer is given so long before it is to begin: it has to be planned [s].
+PLANNED_BEFORE = 0.15
+
+# A run goes on after a transfer that has ended like that.
+GOES_ON = (GoalCode.NOT_REACHED, GoalCode.REFUSED)
+
+
+class GripperClosedError(KinematicsError):
+    """A run is to begin while the gripper may hold a part of the last one."""
+
+    def __init__(self) -> None:
+        """Say what is to be done."""
+        super().__init__("the gripper is closed since the last run: empty it first")
+
+
+class GripperOrder(NamedTuple):
+    """What is told to the gripper on the way.
+
+    Attributes:
+        closes: or opens.
+        part: number of the part that is gripped or released.
+    """
+
+    closes: bool
+    part: int
+
+
+class Machine(NamedTuple):
+    """What a machine says of itself.
+
+    Attributes:
+        position: where the platform is. Shape (3,) [m].
+        accepts: whether it carries commands out: it is enabled, and neither stopped nor paused.
+        stops: how often it was stopped or has lost its lead, as far as it has counted.
+        arrivals: when the platform is at each stop of the latest transfer, from now on; negative if
+            that is past, infinite if it does not get there. Empty before it begins [s].
+        passed: what was told to the gripper since the last time.
+        holds: whether a sensor says that the gripper holds a part; None without one.
+    """
+
+    position: Vector3
+    accepts: bool = True
+    stops: int = 0
+    arrivals: tuple[float, ...] = ()
+    passed: Sequence[GripperOrder] = ()
+    holds: bool | None = None
+
+
+class Renewal(NamedTuple):
+    """The first stop of the transfer moves otherwise, as of ``seen`` [s]."""
+
+    motion: Stop
+    seen: float
+
+
+class GivingUp(NamedTuple):
+    """The transfer is to be given up, for a reason: up, and rest."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class PickSettings:
+    """How parts are picked and placed.
+
+    Attributes:
+        height: of the platform between stops [m].
+        tolerance: how far it may be from a corner of its way [m].
+        waiting: where the platform waits for parts; None for where it is. Shape (3,) [m].
+        point: of the gripper, from that of the platform. Shape (3,) [m].
+        closing: time from an output to the closed gripper [s].
+        opening: time from an output to the open gripper [s].
+        dwells: at the part and at the place; it has closed or opened at their ends [s].
+        sensing: time from the closed gripper until its sensor tells [s].
+        allowed: so far from a part the platform may arrive; else it goes up again [m].
+    """
+
+    height: float
+    tolerance: float = 0.005
+    waiting: Vector3 | None = None
+    point: Vector3 = (0.0, 0.0, 0.0)
+    closing: float = 0.02
+    opening: float = 0.02
+    dwells: tuple[float, float] = (0.02, 0.02)
+    sensing: float = 0.05
+    allowed: float = 1e-3
+
+
+class PartEvent(NamedTuple):
+    """A part has its outcome, which it says itself.
+
+    Attributes:
+        part: that has ended.
+        place: that was meant for it; None if it was never to be picked.
+        error: distance from it to the gripper's point when that had closed; NaN if it had not [m].
+        gripped: when the gripper had closed; infinite if it had not [s].
+    """
+
+    part: Part
+    place: Place | None = None
+    error: float = math.nan
+    gripped: float = math.inf
+
+
+@dataclass
+class _Cycle:
+    """A part on its way; attributes as in ``PartEvent``, and whether a sensor has felt it."""
+
+    part: Part
+    place: Place
+    error: float = math.nan
+    gripped: float = math.inf
+    was_held: bool = False
+
+
+class Picker:
+    """Picks and places, while a run goes on.
+
+    Attributes:
+        is_running: whether it does.
+        text: what it does, or why the last run has ended.
+        events: of parts that have ended; who tells them clears it.
+    """
+
+    def __init__(
+        self,
+        belt: BeltMotion,
+        parts: Parts,
+        order: PickOrder,
+        places: Places,
+        settings: PickSettings,
+    ) -> None:
+        """Wait for a run.
+
+        Args:
+            belt: on which the parts come.
+            parts: that are known.
+            order: in which they are picked.
+            places: where they are put.
+            settings: of each cycle.
+        """
+        self.is_running, self.text = False, "no run has begun"
+        self.events: list[PartEvent] = []
+        self._belt, self._parts, self._order, self._places = belt, parts, order, places
+        self._settings = settings
+        # The last one is the present one; one before it is still to be released.
+        self._cycles: list[_Cycle] = []
+        self._given: Transfer | None = None
+        self._told: Renewal | None = None
+        self._gives_up = self._carries_on = self._waits = self._is_closed = False
+        self._ends = ""
+        self._stops: int | None = None
+        self._looked = self._free_at = -math.inf
+
+    def run(self, is_emptied: bool = False) -> None:
+        """Begin to pick parts.
+
+        Args:
+            is_emptied: whether somebody has taken out what the gripper held, and opened it.
+
+        Raises:
+            GripperClosedError: if it is closed since the last run, and not emptied.
+        """
+        if self._is_closed and not is_emptied:
+            raise GripperClosedError
+        if not self.is_running:
+            self.is_running, self.text = True, "picks parts"
+            self._is_closed = self._waits = False
+            self._stops, self._ends = None, ""
+
+    def finish(self, reason: str) -> None:
+        """Begin no other part, and end the run for a ``reason`` when the present one is placed."""
+        self._ends = self._ends or reason
+
+    def see(self, sighting: Sighting) -> None:
+        """Take in what was seen, if it is known where the belt was then."""
+        with suppress(BeltUnknownError):
+            self._parts.see(sighting, self._belt.at(sighting.time).position)
+
+    def report(self, time: float, position: float) -> None:
+        """Take a report of the belt's encoder [s, m]. If it has jumped, its parts are lost."""
+        if self._belt.report(time, position):
+            for cycle in self._cycles:
+                cycle.part.is_taken = math.isfinite(cycle.gripped)
+            lost = self._parts.lose("the encoder of the belt has jumped", time)
+            self.events += [PartEvent(part) for part in lost]
+
+    def renewed(self, renewal: Renewal) -> None:
+        """Note that the machine has taken a ``renewal``; it cannot while it is planning."""
+        self._told = renewal
+
+    def step(self, now: float, machine: Machine) -> Transfer | Renewal | GivingUp | None:
+        """Return what is to be done ``now`` [s], as the ``machine`` is like that."""
+        for order in machine.passed:
+            self._pass(order, now)
+        self._watch_gripper(now, machine)
+        if self.is_running and (reason := self._obstacle(now, machine)):
+            self._end(now, reason)
+        last = self._cycles[-1] if self._cycles else None
+        is_free = self.is_running and len(self._cycles) < 2
+        if self._given is not None:
+            if last is not None and math.isinf(last.gripped):
+                return self._approach(now, machine, last)
+            arrival = machine.arrivals[-1] if last and machine.arrivals else math.inf
+            is_free &= arrival < PLANNED_BEFORE
+            self._free_at = now + arrival + self._settings.dwells[1]
+        elif self._carries_on and last is not None:
+            return self._transfer(now, self._release(last))
+        elif self._ends and last is None and self.is_running:
+            self._end(now, self._ends)
+        if now < self._looked + (LOOKS_EACH if is_free else PASSES_EACH):
+            return None
+        self._looked = now
+        return None if self._belt.is_silent(now) else self._look(now, is_free)
+
+    def _pass(self, order: GripperOrder, now: float) -> None:
+        """Take in what was told to the gripper."""
+        self._is_closed = order.closes
+        cycle = next((each for each in self._cycles if each.part.number == order.part), None)
+        if cycle is None:
+            if self.is_running and order.closes:
+                self._end(now, "the gripper has closed when its part was given up already")
+        elif order.closes:
+            cycle.gripped = now + self._settings.closing
+        else:
+            self._end_cycle(cycle, PartOutcome.PLACED, "picked and placed", now)
+
+    def _watch_gripper(self, now: float, machine: Machine) -> None:
+        """Note how near the gripper was to its part, and whether it holds it."""
+        for cycle in self._cycles:
+            if now < cycle.gripped:
+                continue
+            if math.isnan(cycle.error):
+                point = plus(machine.position, self._settings.point)
+                cycle.error = math.dist(point, self._place_of(cycle.part, now))
+            if machine.holds:
+                cycle.was_held = True
+            elif machine.holds is not None and now >= cycle.gripped + self._settings.sensing:
+                if cycle.was_held:
+                    self._end_part(cycle, PartOutcome.LOST, "lost on the way", now)
+                else:
+                    self._end_part(cycle, PartOutcome.MISSED, "the gripper holds nothing", now)
+
+    def _obstacle(self, now: float, machine: Machine) -> str:
+        """Return why the run has to end, if it has to; take in how a transfer has ended."""
+        before, self._stops = self._stops, machine.stops
+        if not machine.accepts or before not in (None, machine.stops):
+            return "the machine was stopped, or takes no commands"
+        outcome = None if self._given is None else self._given.outcome
+        if outcome is None:
+            return ""
+        self._given = None
+        goes_on, self._gives_up = self._gives_up or outcome.code is GoalCode.SUCCEEDED, False
+        again, self._carries_on = self._carries_on, False
+        last = self._cycles[-1] if self._cycles else None
+        if goes_on or (last is None and outcome.code in GOES_ON):
+            return ""
+        if again or last is None or outcome.code not in GOES_ON:
+            return outcome.text
+        if math.isinf(last.gripped):
+            self._end_cycle(last, PartOutcome.MISSED, outcome.text, now)
+        else:
+            # It has gone up with the part. From rest it may get to the place after all.
+            self._carries_on = True
+        return ""
+
+    def _approach(self, now: float, machine: Machine, cycle: _Cycle) -> Renewal | GivingUp | None:
+        """Return newer motion of a part where that matters, or that it is given up."""
+        if cycle.part.outcome is None and self._belt.is_silent(now):
+            self._end_part(cycle, PartOutcome.MISSED, "the encoder of the belt is silent", now)
+        if cycle.part.outcome is not None:
+            if len(self._cycles) > 1:
+                # The part before has to be released first.
+                return None
+            self._end_cycle(cycle, cycle.part.outcome, cycle.part.text, now)
+            self._gives_up = True
+            return GivingUp(cycle.part.text)
+        told, given = self._told, self._given
+        if not (told and given and machine.arrivals) or now < told.seen + RENEWED_AFTER:
+            return None
+        grip = now + machine.arrivals[0] + self._settings.dwells[0] + given.lead
+        if not now < grip < math.inf:
+            return None
+        there = minus(self._place_of(cycle.part, grip), self._settings.point)
+        if math.dist(told.motion.after(grip - told.seen).position, there) < RENEWED_FROM:
+            return None
+        return Renewal(self._grip(cycle.part, now), now)
+
+    def _look(self, now: float, is_free: bool) -> Transfer | None:
+        """Return the transfer of the part that is next, or to where the platform waits."""
+        busy = [cycle.part for cycle in self._cycles]
+        parts = {part.number: part for part in self._parts.on_belt() if part not in busy}
+        position, velocity, _ = self._belt.at(now)
+        free_at = max(self._free_at, now) if self._cycles else now
+        places = {number: part.position for number, part in parts.items()}
+        choice = self._order.choose(places, (position, velocity), now, free_at)
+        for number in choice.passed:
+            part = parts.pop(number)
+            self._parts.end(part, PartOutcome.PASSED, "it could not be reached any more", now)
+            self.events.append(PartEvent(part))
+        if self._places.is_full:
+            self.finish("all places are full")
+        if not is_free or self._ends:
+            return None
+        pick, waiting = choice.pick, self._settings.waiting
+        if pick is not None and pick.leave_at < now + PLANNED_BEFORE:
+            cycle = _Cycle(parts[pick.part], self._places.take())
+            cycle.part.is_taken, self._waits, self._carries_on = True, False, False
+            self._cycles.append(cycle)
+            self._told = Renewal(self._grip(cycle.part, now), now)
+            stops = self._told.motion, self._release(cycle)
+            return self._transfer(now, *stops, leave_at=max(pick.leave_at, free_at))
+        if parts or self._cycles or self._waits or waiting is None:
+            return None
+        self._waits = True
+        return self._transfer(now, Stop(waiting))
+
+    def _transfer(self, now: float, *stops: Stop, leave_at: float = -math.inf) -> Transfer:
+        """Return a transfer that rests at its last stop."""
+        settings = self._settings
+        given = Transfer(stops, settings.height, lifts=False, seen=now, leave_at=leave_at)
+        given.tolerance, given.allowed = settings.tolerance, settings.allowed
+        self._given = given
+        return given
+
+    def _grip(self, part: Part, now: float) -> Stop:
+        """Return the stop at a part, as of ``now`` [s]."""
+        settings, direction = self._settings, self._order.direction
+        _, velocity, acceleration = self._belt.at(now)
+        place, dwell = minus(self._place_of(part, now), settings.point), settings.dwells[0]
+        outputs = ((dwell - settings.closing, GripperOrder(True, part.number)),)
+        motion = scaled(direction, velocity), scaled(direction, acceleration)
+        return Stop(place, dwell, *motion, outputs)
+
+    def _release(self, cycle: _Cycle) -> Stop:
+        """Return the stop at the place of a part."""
+        settings, dwell = self._settings, self._settings.dwells[1]
+        outputs = ((dwell - settings.opening, GripperOrder(False, cycle.part.number)),)
+        return Stop(minus(cycle.place.position, settings.point), dwell, outputs=outputs)
+
+    def _place_of(self, part: Part, time: float) -> Vector3:
+        """Return where a part on the belt is at a ``time`` [s]. Shape (3,) [m]."""
+        return plus(part.position, scaled(self._order.direction, self._belt.at(time).position))
+
+    def _end_part(self, cycle: _Cycle, outcome: PartOutcome, text: str, now: float) -> None:
+        """Give a part its outcome, if it has none, and tell it."""
+        if cycle.part.outcome is None:
+            self._parts.end(cycle.part, outcome, text, now)
+            self.events.append(PartEvent(cycle.part, cycle.place, cycle.error, cycle.gripped))
+
+    def _end_cycle(self, cycle: _Cycle, outcome: PartOutcome, text: str, now: float) -> None:
+        """End the cycle of a part; if nothing was placed, its place is free again."""
+        self._end_part(cycle, outcome, text, now)
+        self._cycles.remove(cycle)
+        if cycle.part.outcome is not PartOutcome.PLACED:
+            self._places.give_back(cycle.place)
+
+    def _end(self, now: float, reason: str) -> None:
+        """End the run and what is on its way; the gripper stays as it is."""
+        for cycle in tuple(self._cycles):
+            if math.isinf(cycle.gripped):
+                self._end_cycle(cycle, PartOutcome.MISSED, reason, now)
+            else:
+                self._end_cycle(cycle, PartOutcome.LOST, f"{reason}, with it in the gripper", now)
+        self._given, self._gives_up, self._carries_on = None, False, False
+        self.is_running, self.text = False, reason
