@@ -13,7 +13,7 @@ from soak import many, seed
 from strategies import reproducible
 
 from tri_glide_kinematics.calibration.fit import rotation_by
-from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError
+from tri_glide_kinematics.errors import NotFiniteError
 from tri_glide_kinematics.picking import (
     MirrorImageError,
     NoFitError,
@@ -184,7 +184,6 @@ def mirrored(view):
     [
         (lambda: CELL.belt((0.1,)), TooFewError, "touches of a mark: 1, at least 2"),
         (lambda: CELL.belt((0.1, 0.1)), TooNearError, "touches: 0 m, at least 0.01 m"),
-        (lambda: CELL.belt((0.1, 0.108)), TooNearError, "touches: 0.008 m, at least 0.01 m"),
         (lambda: CELL.belt((0.1, 0.12)), UncertainError, "its way: 0.0141, at most 0.003"),
         (lambda: belt((0.12, 0, 0.2), 0.1), NoFitError, "touch 5 .* m, at most 0.005 m"),
         (lambda: belt((0.1, 0.01, 0.2), 0.1), NoFitError, "touch 5 .* m, at most 0.005 m"),
@@ -204,7 +203,6 @@ def mirrored(view):
         (lambda: teach_gripper(np.diag((0.0, 0.02))[..., None] * np.ones(3)), NoFitError, "0.0173"),
         (lambda: teach_gripper(np.zeros((1, 2, 3)), 0.001), UncertainError, "0.001 m, at most 0"),
         (lambda: CELL.camera(noise=math.nan), NotFiniteError, "noise"),
-        (lambda: CELL.belt(noise=0.0), OutOfBoundsError, "noise"),
     ],
 )
 def test_what_cannot_be_taught_is_told_with_the_number_and_the_bound(teach, error, text):
@@ -220,8 +218,7 @@ def test_a_camera_that_looks_along_the_belt_has_angles_too(pitch):
 
 
 def test_a_picture_without_depth_may_be_a_mirror_image():
-    flat = [(x, y, 0.0) for x, y, _ in CORNERS]
     cell = Cell(CELL.rng, CELL.per_count, np.diag([1.0, -1.0, 1.0]), np.zeros(3), 1e-3, 0.0)
-    camera = cell.camera(flat)
+    camera = cell.camera([(x, y, 0.0) for x, y, _ in CORNERS])
     assert np.linalg.det(camera.rotation) == pytest.approx(1.0)
     assert camera.place_of((100.0, -70.0, 0.0)) == pytest.approx((0.1, 0.07, 0.0), abs=1e-9)

@@ -20,6 +20,7 @@ import numpy as np
 
 from tri_glide_kinematics.calibration.fit import rotation_by
 from tri_glide_kinematics.checks import SMALLEST, finite, finite_array, positive
+from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.wording import number_text
@@ -226,8 +227,7 @@ def teach_latency(
     slope = float(ways @ speeds) / square
     changes = speeds - slope * ways
     unlike = float(changes @ changes)
-    spread = math.sqrt(unlike / len(changes))
-    TooNearError.check("spread of the speeds, at one place", spread, SPREAD, " m/s")
+    TooNearError.check("spread of the speeds at one place", changes.std(), SPREAD, " m/s")
     per_speed = changes @ places / unlike
     per_metre = ways @ places / square - slope * per_speed
     along = per_metre / max(float(per_metre @ per_metre), SMALLEST)
@@ -279,12 +279,13 @@ def teach_camera(
     off, mirrored = (math.sqrt((r**2).mean()) for r in (residuals, _turned(-seen, ways)[2]))
     most = MIRROR_RATIO * max(mirrored, noise)
     MirrorImageError.check("distance without a mirror (turn one axis round)", off, most, " m")
+    deviation = _noise("part", residuals, 7, noise)
     # How a place moves with a turn about each axis, as rows. Shape (n, 3, 3).
     turns = np.cross(np.eye(3), ways[:, None])
     by_turn = np.swapaxes(turns, 1, 2) @ np.linalg.inv((turns @ np.swapaxes(turns, 1, 2)).sum(0))
     by_scale = ways[:, :, None] * ways[:, None] / float((ways**2).sum())
     variance = np.linalg.eigvalsh(np.eye(3) / count + by_turn @ turns + by_scale).max()
-    deviation = math.sqrt(variance) * _noise("part", residuals, 7, noise)
+    deviation *= math.sqrt(variance)
     UncertainError.check("deviation of a place by the camera", deviation, allowed, " m")
     position = three(center - scale * rotation @ seen_center)
     return TaughtCamera(position, _roll_pitch_yaw(rotation), scale, deviation)
@@ -336,14 +337,12 @@ def _roll_pitch_yaw(rotation: FloatArray) -> Vector3:
     return roll, math.atan2(-zx, math.hypot(xx, yx)), yaw
 
 
-def _observed(
-    what: str, observations: Sequence[Observed], least: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _observed(what: str, observations: Sequence[Observed], least: int) -> list[FloatArray]:
     """Return positions (n, 3), counts (n,) and their rates (n,), checked."""
     TooFewError.check(what, len(observations), least)
     rows = [(*one.position, one.counts, one.rate) for one in observations]
     numbers = finite_array(what, rows, (None, 5))
-    return numbers[:, :3], numbers[:, 3], numbers[:, 4]
+    return [numbers[:, :3], numbers[:, 3], numbers[:, 4]]
 
 
 def _noise(what: str, residuals: FloatArray, unknowns: int, noise: float) -> float:
@@ -356,8 +355,8 @@ def _noise(what: str, residuals: FloatArray, unknowns: int, noise: float) -> flo
         noise: the least one [m].
     """
     distances = np.sqrt((residuals**2).sum(axis=1))
-    worst = int(distances.argmax())
+    worst = first_largest(distances)
     text = f"distance of {what} {worst + 1} from where the others say"
     NoFitError.check(text, float(distances[worst]), FARTHEST, " m")
     free = max(residuals.size - unknowns, 1)
-    return max(positive("noise", noise), math.sqrt(float((residuals**2).sum()) / free))
+    return max(math.sqrt(float((residuals**2).sum()) / free), positive("noise", noise))
