@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 from geometry_msgs.msg import Point
 from rclpy.action import ActionClient
@@ -35,11 +36,14 @@ from tri_glide_kinematics.motion.engine import Transfer as TransferCommand
 from tri_glide_kinematics.picking import (
     GivingUp,
     GripperOrder,
+    Lessons,
     Machine,
+    Observed,
     PartEvent,
     PartOutcome,
     Renewal,
     Sighting,
+    TaughtBelt,
 )
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.goal_sender import SentGoal
@@ -48,6 +52,7 @@ from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.messages import (
     LATEST_OUTPUTS,
+    RefusedMessageError,
     age_of,
     has_stamp,
     vector_of,
@@ -59,12 +64,15 @@ from tri_glide_kinematics.settings import (
     Values,
     cameras_of,
     direction_of,
+    keep_taught,
     picker_of,
+    replaced_camera,
     taught_file_of,
     way_times_of,
     with_taught,
 )
 from tri_glide_kinematics.vectors import combined, plus
+from tri_glide_kinematics.wording import vector_text
 
 RELIABLE = QoSProfile(depth=10)
 
@@ -74,8 +82,13 @@ PERIOD, TELLING_PERIOD = 0.005, 0.1
 # A run ends if the state of the machine is not told for so long [s].
 LONGEST_SILENCE = 2.0
 
-# States in which the machine takes commands.
+# States in which the machine takes commands; and those in which the platform rests: of a machine
+# that is disabled, where somebody has moved it.
 ACCEPTING = (MachineState.IDLE, MachineState.MOVING)
+RESTING = (MachineState.IDLE, MachineState.DISABLED)
+
+# Pictures that are kept to teach by, and how old those may be that teach a latency [s].
+MOST_VIEWS, SEEN_OF_LATE = 500, 2.0
 
 ENDS = {Pick.Result.SUCCEEDED: GoalEnd.SUCCEEDED, Pick.Result.CANCELED: GoalEnd.CANCELED}
 COUNTED = {
@@ -84,6 +97,20 @@ COUNTED = {
     PartOutcome.LOST: "lost",
     PartOutcome.PASSED: "passed",
 }
+
+
+class _View(NamedTuple):
+    """A picture with one part in it.
+
+    Attributes:
+        camera: its frame.
+        time: by its stamp, of time.monotonic() [s].
+        observed: the part, and the belt by that stamp.
+    """
+
+    camera: str
+    time: float
+    observed: Observed
 
 
 @dataclass(eq=False)
@@ -126,6 +153,8 @@ class PickNode(Node):
         # Orders of the gripper that were given and are not told yet; those that were since.
         self._ordered: deque[GripperOrder] = deque()
         self._passed: list[GripperOrder] = []
+        self._lessons = Lessons()
+        self._views: deque[_View] = deque(maxlen=MOST_VIEWS)
         self._reach_since: float | None = None
         self._free_since = -math.inf
         self._has_ended = False
@@ -300,6 +329,7 @@ class PickNode(Node):
             self._unusable.add(f"parts seen in the frame {frame!r}, it must be {names}")
             return
         then = self._seen_at(message.header.stamp, camera.latency)
+        self._keep_view(message)
         for part in message.parts:
             seen = vector_of(part.position)
             if not all(map(math.isfinite, (*seen, part.angle))):
@@ -308,6 +338,16 @@ class PickNode(Node):
             place = camera.place.place_of(seen)
             name = message.header.frame_id
             self._picker.see(Sighting(then, place, part.kind, part.id, part.angle, name))
+
+    def _keep_view(self, message: SeenParts) -> None:
+        """Keep a picture with one part, as that may be taught by."""
+        then = self._seen_at(message.header.stamp)
+        belt = self._picker.belt_at(then)
+        if belt is not None and len(message.parts) == 1:
+            each = self._values["metres_per_count"]
+            place = vector_of(message.parts[0].position)
+            observed = Observed(place, belt.position / each, belt.velocity / each)
+            self._views.append(_View(message.header.frame_id, then, observed))
 
     def _on_output(self, message: Output) -> None:
         values = self._values
@@ -333,9 +373,78 @@ class PickNode(Node):
             self._picker.finish("stopped by ~/stop")
         return response
 
-    def _on_teach(self, _: TeachPick.Request, response: TeachPick.Response) -> TeachPick.Response:
-        response.message = "nothing is taught yet"
+    def _on_teach(
+        self, request: TeachPick.Request, response: TeachPick.Response
+    ) -> TeachPick.Response:
+        try:
+            changed, response.message = self._taught(request)
+            if changed:
+                self._use({**self._values, **changed})
+                keep_taught(self._values, self._file)
+            response.success = True
+        except (KinematicsError, OSError) as error:
+            response.message = str(error)
         return response
+
+    def _taught(self, request: TeachPick.Request) -> tuple[dict[str, Any], str]:
+        """Return the parameters that one more lesson changes, and what is known now in words.
+
+        Raises:
+            KinematicsError: if it is not enough yet, does not fit, or cannot be just now.
+        """
+        values, lessons, what = self._values, self._lessons, request.what
+        if self._run.code is None:
+            raise RefusedMessageError("nothing is taught while a run goes on")
+        if what == "forget":
+            self._lessons = Lessons()
+            return {}, "all touches and views are forgotten; what is in use stays"
+        belt = TaughtBelt(self._direction, values["metres_per_count"], 0.0)
+        if what == "latency":
+            views = [view for view in self._views if view.time > time.monotonic() - SEEN_OF_LATE]
+            name = self._last_view(views).camera
+            observed = [view.observed for view in views if view.camera == name]
+            latency = lessons.latency(observed, belt)
+            camera = replace(self._cameras[name], latency=latency.latency)
+            text = f"latency of {name}: {latency.latency:.4f} s, within {latency.deviation:.4f} s"
+            return replaced_camera(values, name, camera), text
+        machine = self._machine
+        if machine is None or machine.state not in RESTING:
+            raise RefusedMessageError("the platform must rest, and its position be known")
+        platform = vector_of(machine.position)
+        if what == "gripper":
+            gripper = lessons.mark(vector_of(request.mark), platform)
+            text = f"point of the gripper: {vector_text(gripper.offset)} m from the platform's"
+            return {"gripper_point": gripper.offset}, _within(text, gripper.deviation)
+        now = self._picker.belt_at(time.monotonic())
+        if now is None:
+            raise RefusedMessageError("the position of the belt is not known")
+        point = plus(platform, values["gripper_point"])
+        touch = Observed(point, now.position / values["metres_per_count"])
+        if what == "belt":
+            belt = lessons.belt(touch)
+            changed = {
+                "belt_direction": belt.direction,
+                "metres_per_count": belt.metres_per_count,
+            }
+            text = (
+                f"direction of the belt: {vector_text(belt.direction)}; {belt.metres_per_count:g} m"
+            )
+            return changed, f"{text} for 1, within {1000.0 * belt.deviation:.2g} mm in a metre"
+        if what != "camera":
+            names = "gripper, belt, latency, camera or forget"
+            raise RefusedMessageError(f"what = {what!r} must be {names}")
+        view = self._last_view(self._views)
+        known = self._cameras[view.camera]
+        place = lessons.part(view.camera, view.observed, touch, belt, known.latency)
+        text = f"place of {view.camera}: {vector_text(place.position)} m"
+        changed = replaced_camera(values, view.camera, replace(known, place=place))
+        return changed, _within(text, place.deviation)
+
+    @staticmethod
+    def _last_view(views: Sequence[_View]) -> _View:
+        if not views:
+            raise RefusedMessageError("no picture with exactly one part was seen")
+        return views[-1]
 
     def _begin(self, request: Pick.Goal) -> _Run:
         before = dict(self._counts)
@@ -427,6 +536,10 @@ class PickNode(Node):
 
 
 ALL_PLACED = "all are placed"
+
+
+def _within(text: str, deviation: float) -> str:
+    return f"{text}, within {1000.0 * deviation:.2g} mm"
 
 
 def _check(values: Values) -> None:

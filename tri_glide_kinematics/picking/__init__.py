@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.belt import BeltMotion as BeltMotion
     from tri_glide_kinematics.picking.belt import BeltState as BeltState
     from tri_glide_kinematics.picking.belt import BeltUnknownError as BeltUnknownError
+    from tri_glide_kinematics.picking.lessons import Lessons as Lessons
     from tri_glide_kinematics.picking.order import Choice as Choice
     from tri_glide_kinematics.picking.order import CycleTimes as CycleTimes
     from tri_glide_kinematics.picking.order import Pick as Pick
