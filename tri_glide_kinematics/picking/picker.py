@@ -32,7 +32,7 @@ LOOKS_EACH = 0.02
 PASSES_EACH = 0.5
 
 # A transfer is given so long before it is to begin: it has to be planned [s].
-PLANNED_BEFORE = 0.15
+PLANNED_BEFORE = 0.4
 
 # A run goes on after a transfer that has ended like that.
 GOES_ON = (GoalCode.NOT_REACHED, GoalCode.REFUSED)

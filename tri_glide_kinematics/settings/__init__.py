@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.arguments import sections_of as sections_of
     from tri_glide_kinematics.settings.arguments import sources_of as sources_of
     from tri_glide_kinematics.settings.picking import Camera as Camera
+    from tri_glide_kinematics.settings.picking import WayTimes as WayTimes
     from tri_glide_kinematics.settings.picking import cameras_of as cameras_of
     from tri_glide_kinematics.settings.picking import direction_of as direction_of
     from tri_glide_kinematics.settings.picking import keep_taught as keep_taught
