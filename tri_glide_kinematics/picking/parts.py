@@ -15,6 +15,7 @@ from bisect import insort
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
+from math import hypot
 from typing import NamedTuple
 
 from tri_glide_kinematics.checks import finite, finite_vector, positive
@@ -128,16 +129,19 @@ class Part:
 
     def distance(self, place: Vector3) -> float:
         """Return how far from a ``place`` it was seen last, in x and y [m]."""
-        return math.dist(self.newest[:2], place[:2])
+        (x, y, _), mean_place, last = place, self.newest, self.views[-1].position
+        return min(hypot(mean_place[0] - x, mean_place[1] - y), hypot(last[0] - x, last[1] - y))
 
-    def is_forgotten(self, time: float) -> bool:
+    def may_be(self, view: Sighting) -> bool:
+        """Return whether a ``view`` may show it: it has not ended, or lies there nevertheless."""
+        if self.outcome is None or view.time <= self.ended:
+            return True
+        return self.outcome is not PartOutcome.PLACED and not self.is_over(view.time)
+
+    def is_over(self, time: float) -> bool:
         """Return whether it has ended, and was not seen for long at a ``time`` [s]."""
         last = max(self.ended, self.views[-1].time)
         return self.outcome is not None and time - last > REMEMBERED
-
-    def may_be(self, view: Sighting) -> bool:
-        """Return whether it was still on the belt at the time of a ``view``, for all we know."""
-        return self.outcome is not PartOutcome.PLACED or view.time <= self.ended
 
     def add(self, views: Iterable[Sighting], noise: float) -> None:
         """Add ``views``, in the frame of the belt, with a ``noise`` of x and y each, rms [m]."""
@@ -191,16 +195,18 @@ class Parts:
         time = finite("time", sighting.time)
         seen = three(finite_vector("position", sighting.position, 3))
         place = combined(1.0, seen, -finite("belt_position", belt_position), self._direction)
-        view = sighting._replace(position=place)
-        self._parts = [part for part in self._parts if not part.is_forgotten(time)]
-        possible = [part for part in self._parts if part.may_be(view)]
-        part = min(possible, key=lambda each: each.distance(place), default=None)
+        view = sighting._replace(time=time, position=place)
+        # Those that this may make one part are not farther away than this.
+        near = [part for part in self._parts if part.distance(place) <= 2.0 * self._reach]
+        near = [part for part in near if part.may_be(view)]
+        part = min(near, key=lambda each: each.distance(place), default=None)
         if part is None or part.distance(place) > self._reach:
+            self._parts = [part for part in self._parts if not part.is_over(view.time)]
             self._count += 1
             part = Part(self._count)
             self._parts.append(part)
         part.add([view], self._noise)
-        for other in possible:
+        for other in near:
             if other is not part and other.distance(part.newest) <= self._reach:
                 part = self._joined(part, other)
         return part
