@@ -14,7 +14,6 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_interfaces.msg import BodyState as BodyMessage
 from tri_glide_interfaces.msg import (
     CrankSweep,
     FourBarDeadCentre,
@@ -28,7 +27,6 @@ from tri_glide_interfaces.msg import FourBar as FourBarMessage
 from tri_glide_interfaces.msg import FourBarPose as FourBarPoseMessage
 from tri_glide_interfaces.msg import LandingGear as LandingGearMessage
 from tri_glide_interfaces.msg import LandingGearMotion as MotionMessage
-from tri_glide_interfaces.msg import Reaction as ReactionMessage
 from tri_glide_interfaces.srv import (
     SolveFMechanism,
     SolveFourBar,
@@ -57,18 +55,18 @@ from tri_glide_kinematics.mechanisms.four_bar import (
     SweepEventKind,
     sweep_events,
 )
-from tri_glide_kinematics.mechanisms.landing_gear import (
-    BodyState,
-    LandingGear,
-    LandingGearMotion,
-    Reaction,
-)
+from tri_glide_kinematics.mechanisms.landing_gear import LandingGear, LandingGearMotion
 from tri_glide_kinematics.wording import number_text
 
 # Largest absolute value of a number in a request, in its unit.
 LARGEST = 1e9
 # Smallest size of a mechanism [m].
 SMALLEST = 1e-9
+
+POINT = "tri_glide_interfaces/Point2"
+COLUMN = "sequence<double>"
+
+Message = TypeVar("Message")
 
 
 class RefusedRequestError(KinematicsError):
@@ -122,6 +120,28 @@ def point_message(place: Iterable[float]) -> Point2:
 def column(values: NDArray[np.float64]) -> array[float]:
     """Return numbers in the one form that messages take without looking at each of them."""
     return array("d", values.tobytes())
+
+
+def filled(message: Message, values: object, **others: Any) -> Message:
+    """Fill a message from ``others``, or else from the attributes that its fields are named after.
+
+    Many points, of shape (n, 2), fill two columns: NAME_x and NAME_y. None leaves a field as it is.
+    """
+    kinds: dict[str, str] = message.get_fields_and_field_types()  # type: ignore[attr-defined]
+    for field, kind in kinds.items():
+        axis = ("_x", "_y").index(field[-2:]) if field[-2:] in ("_x", "_y") else None
+        name = field if axis is None else field[:-2]
+        value = others[name] if name in others else getattr(values, name, None)
+        if value is None:
+            continue
+        if kind == POINT:
+            value = point_message(value)
+        elif kind.startswith(POINT):
+            value = [point_message(each) for each in value]
+        elif kind == COLUMN and isinstance(value, np.ndarray):
+            value = column(value if axis is None else value[:, axis])
+        setattr(message, field, value)
+    return message
 
 
 def one_of(name: str, value: int, choices: Iterable[int]) -> int:
@@ -261,39 +281,24 @@ def four_bar_pose_message(
 ) -> FourBarPoseMessage:
     """Return a pose with the motion of a point of the coupler plane."""
     motion = pose.point_of_coupler_plane(*coupler_point)
-    return FourBarPoseMessage(
+    return filled(
+        FourBarPoseMessage(),
+        pose,
         branch=BRANCH_NUMBERS[pose.branch],
-        coupler_angle=pose.coupler_angle,
-        rocker_angle=pose.rocker_angle,
-        coupler_velocity=pose.coupler_velocity,
-        rocker_velocity=pose.rocker_velocity,
-        coupler_acceleration=pose.coupler_acceleration,
-        rocker_acceleration=pose.rocker_acceleration,
-        transmission_angle=pose.transmission_angle,
-        is_singular=pose.is_singular,
-        crank_pivot=point_message(pose.crank_pivot),
-        crank_pin=point_message(pose.crank_pin),
-        rocker_pin=point_message(pose.rocker_pin),
-        rocker_pivot=point_message(pose.rocker_pivot),
-        coupler_point=point_message(motion.position),
-        coupler_point_velocity=point_message(motion.velocity),
-        coupler_point_acceleration=point_message(motion.acceleration),
+        coupler_point=motion.position,
+        coupler_point_velocity=motion.velocity,
+        coupler_point_acceleration=motion.acceleration,
     )
 
 
 def properties_message(linkage: FourBar) -> FourBarProperties:
     """Return what a linkage can do."""
     extremes = linkage.transmission_extremes
-    message = FourBarProperties(
-        crank=linkage.crank,
-        coupler=linkage.coupler,
-        rocker=linkage.rocker,
-        ground=linkage.ground,
-        ground_angle=linkage.ground_angle,
-        assembled_crank_angle=math.nan,
+    message = filled(
+        FourBarProperties(assembled_crank_angle=math.nan),
+        linkage,
         grashof_class=linkage.grashof_class.value,
         has_change_point=linkage.lengths.has_change_point,
-        crank_turns_fully=linkage.crank_turns_fully,
         crank_range_begin=[begin for begin, _ in linkage.crank_ranges],
         crank_range_end=[end for _, end in linkage.crank_ranges],
         smallest_transmission_angle=extremes.smallest,
@@ -301,9 +306,9 @@ def properties_message(linkage: FourBar) -> FourBarProperties:
         largest_transmission_angle=extremes.largest,
         largest_transmission_angle_at=extremes.largest_at,
         dead_centres=[_dead_centre_message(centre) for centre in linkage.dead_centres],
+        assembled_branch=None,
     )
     if isinstance(linkage, AssembledFourBar):
-        message.assembled_crank_angle = linkage.assembled_crank_angle
         message.assembled_branch = BRANCH_NUMBERS[linkage.assembled_branch]
     return message
 
@@ -312,22 +317,22 @@ def _fill_four_bar_columns(
     response: TraceFourBar.Response, sweep: BranchSweep, coupler_point: tuple[float, float]
 ) -> None:
     motion = sweep.point_of_coupler_plane(*coupler_point)
-    response.crank_angle = column(sweep.crank_angles)
-    response.coupler_angle = column(sweep.coupler_angles)
-    response.rocker_angle = column(sweep.rocker_angles)
-    response.coupler_velocity = column(sweep.coupler_velocities)
-    response.rocker_velocity = column(sweep.rocker_velocities)
-    response.coupler_acceleration = column(sweep.coupler_accelerations)
-    response.rocker_acceleration = column(sweep.rocker_accelerations)
-    response.transmission_angle = column(sweep.transmission_angles)
-    response.crank_pin_x, response.crank_pin_y = map(column, sweep.crank_pins.T)
-    response.rocker_pin_x, response.rocker_pin_y = map(column, sweep.rocker_pins.T)
-    response.coupler_point_x, response.coupler_point_y = map(column, motion.position.T)
-    response.coupler_point_velocity_x, response.coupler_point_velocity_y = map(
-        column, motion.velocity.T
-    )
-    response.coupler_point_acceleration_x, response.coupler_point_acceleration_y = map(
-        column, motion.acceleration.T
+    filled(
+        response,
+        sweep,
+        crank_angle=sweep.crank_angles,
+        coupler_angle=sweep.coupler_angles,
+        rocker_angle=sweep.rocker_angles,
+        coupler_velocity=sweep.coupler_velocities,
+        rocker_velocity=sweep.rocker_velocities,
+        coupler_acceleration=sweep.coupler_accelerations,
+        rocker_acceleration=sweep.rocker_accelerations,
+        transmission_angle=sweep.transmission_angles,
+        crank_pin=sweep.crank_pins,
+        rocker_pin=sweep.rocker_pins,
+        coupler_point=motion.position,
+        coupler_point_velocity=motion.velocity,
+        coupler_point_acceleration=motion.acceleration,
     )
 
 
@@ -352,6 +357,7 @@ def _four_bar_event_message(event: SweepEvent) -> TraceEvent:
 
 # A trace covers at most this many turns of the crank: they take about two seconds.
 F_MECHANISM_TURNS = 100
+JOINTS = ("a1", "b1", "c1", "a2", "b2", "c2")
 
 F_MECHANISM_EVENTS = {
     EventKind.TURNING_POINT: TraceEvent.TURNING_POINT,
@@ -394,10 +400,16 @@ def trace_f_mechanism(request: TraceFMechanism.Request, response: TraceFMechanis
         phases=phases,
         through=request.go_through,
     )
-    response.turns = branch.turns
-    response.turns_fully = _turns_fully(branch, request.change_phases)
-    _fill_f_mechanism_columns(response, branch, platform_point)
-    response.events = [_f_mechanism_event_message(event) for event in branch.events]
+    joints = np.concatenate((branch.crank_pins, branch.platform_joints), axis=1)
+    filled(
+        response,
+        branch,
+        turns_fully=_turns_fully(branch, request.change_phases),
+        point=branch.point(platform_point),
+        point_velocity=branch.point_velocity(platform_point),
+        events=[_f_mechanism_event_message(event) for event in branch.events],
+        **dict(zip(JOINTS, joints.swapaxes(0, 1))),
+    )
 
 
 def mechanism_of(message: FMechanismMessage) -> FMechanism:
@@ -423,17 +435,11 @@ def f_mechanism_pose_message(
     pose: FMechanismPose, platform_point: tuple[float, float]
 ) -> FMechanismPoseMessage:
     """Return a pose with the motion of a point of the platform."""
-    return FMechanismPoseMessage(
-        angle=pose.angle,
-        position=point_message(pose.position),
-        crank_pins=[point_message(pin) for pin in pose.crank_pins],
-        platform_joints=[point_message(joint) for joint in pose.platform_joints],
-        angular_velocity=pose.angular_velocity,
-        velocity=point_message(pose.velocity),
-        point=point_message(pose.point(platform_point)),
-        point_velocity=point_message(pose.point_velocity(platform_point)),
-        residual=pose.residual,
-        singularity=pose.singularity,
+    return filled(
+        FMechanismPoseMessage(),
+        pose,
+        point=pose.point(platform_point),
+        point_velocity=pose.point_velocity(platform_point),
         is_double=pose.double,
     )
 
@@ -489,37 +495,6 @@ def _turns_fully(branch: FMechanismTrace, phases_change: bool) -> int:
     return TraceFMechanism.Response.UNDECIDED
 
 
-def _fill_f_mechanism_columns(
-    response: TraceFMechanism.Response,
-    branch: FMechanismTrace,
-    platform_point: tuple[float, float],
-) -> None:
-    response.crank_angle = column(branch.crank_angle)
-    response.phase_b = column(branch.phase_b)
-    response.phase_c = column(branch.phase_c)
-    response.angle = column(branch.angle)
-    response.position_x, response.position_y = _columns(branch.position)
-    response.a1_x, response.a1_y = _columns(branch.crank_pins[:, 0])
-    response.b1_x, response.b1_y = _columns(branch.crank_pins[:, 1])
-    response.c1_x, response.c1_y = _columns(branch.crank_pins[:, 2])
-    response.a2_x, response.a2_y = _columns(branch.platform_joints[:, 0])
-    response.b2_x, response.b2_y = _columns(branch.platform_joints[:, 1])
-    response.c2_x, response.c2_y = _columns(branch.platform_joints[:, 2])
-    response.angular_velocity = column(branch.angular_velocity)
-    response.velocity_x, response.velocity_y = _columns(branch.velocity)
-    response.residual = column(branch.residual)
-    response.singularity = column(branch.singularity)
-    response.point_x, response.point_y = _columns(branch.point(platform_point))
-    response.point_velocity_x, response.point_velocity_y = _columns(
-        branch.point_velocity(platform_point)
-    )
-
-
-def _columns(points: NDArray[np.float64]) -> tuple[object, object]:
-    """Return x and y of points. Shape (n, 2)."""
-    return column(points[:, 0]), column(points[:, 1])
-
-
 def _f_mechanism_event_message(event: FMechanismEvent) -> TraceEvent:
     return TraceEvent(
         kind=F_MECHANISM_EVENTS[event.kind],
@@ -532,9 +507,6 @@ def _f_mechanism_event_message(event: FMechanismEvent) -> TraceEvent:
     )
 
 
-Message = TypeVar("Message", BodyMessage, ReactionMessage)
-
-
 def solve_landing_gear(
     request: SolveLandingGear.Request, response: SolveLandingGear.Response
 ) -> None:
@@ -544,10 +516,8 @@ def solve_landing_gear(
         KinematicsError: if there is no answer; the message says why.
     """
     state = gear_of(request.gear).state(motion_of(request.motion))
-    response.gear = _filled(BodyMessage, state.gear)
-    response.wheel = _filled(BodyMessage, state.wheel)
-    response.hinge = _filled(ReactionMessage, state.hinge)
-    response.axle = _filled(ReactionMessage, state.axle)
+    for name in ("gear", "wheel", "hinge", "axle"):
+        filled(getattr(response, name), getattr(state, name))
 
 
 def gear_of(message: LandingGearMessage) -> LandingGear:
@@ -556,35 +526,20 @@ def gear_of(message: LandingGearMessage) -> LandingGear:
     Raises:
         KinematicsError: if it describes none.
     """
+    lengths, masses = ("l1", "l2", "l3", "l4"), ("gear_mass", "wheel_mass")
+    inertias = ("wheel_axial_inertia", "wheel_transverse_inertia")
     return LandingGear(
-        l1=message.l1,
-        l2=message.l2,
-        l3=message.l3,
-        l4=message.l4,
-        gear_mass=message.gear_mass,
-        wheel_mass=message.wheel_mass,
+        **{name: getattr(message, name) for name in (*lengths, *masses, *inertias)},
         gear_inertia=(
             (message.gear_ixx, message.gear_ixy, message.gear_ixz),
             (message.gear_ixy, message.gear_iyy, message.gear_iyz),
             (message.gear_ixz, message.gear_iyz, message.gear_izz),
         ),
-        wheel_axial_inertia=message.wheel_axial_inertia,
-        wheel_transverse_inertia=message.wheel_transverse_inertia,
         gravity=message.gravity.tolist(),
     )
 
 
 def motion_of(message: MotionMessage) -> LandingGearMotion:
     """Return the motion that a message describes."""
-    return LandingGearMotion(
-        **{name: getattr(message, name) for name in _names_of_fields(MotionMessage)}
-    )
-
-
-def _filled(kind: type[Message], values: BodyState | Reaction) -> Message:
-    """Return a message of ``kind``, filled from the attributes that its fields are named after."""
-    return kind(**{name: getattr(values, name).tolist() for name in _names_of_fields(kind)})
-
-
-def _names_of_fields(kind: type[Any]) -> Iterable[str]:
-    return kind.get_fields_and_field_types()
+    names = message.get_fields_and_field_types()
+    return LandingGearMotion(**{name: getattr(message, name) for name in names})
