@@ -140,6 +140,8 @@ def filled(message: Message, values: object, **others: Any) -> Message:
             value = [point_message(each) for each in value]
         elif kind == COLUMN and isinstance(value, np.ndarray):
             value = column(value if axis is None else value[:, axis])
+        elif isinstance(value, np.ndarray):
+            value = value.tolist()
         setattr(message, field, value)
     return message
 
