@@ -10,7 +10,7 @@ import viser
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.description import Parts
-from tri_glide_kinematics.panel.machine import MachineFacts
+from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.viser_parts import Quaternion, place, turn
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 

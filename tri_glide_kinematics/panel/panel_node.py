@@ -17,25 +17,22 @@ from rclpy.parameter import parameter_value_to_python
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.files import SETTINGS, state_folder
 from tri_glide_kinematics.panel.admission import default_token_file, is_loopback, kept_token
-from tri_glide_kinematics.panel.machine import (
-    FAULT,
+from tri_glide_kinematics.panel.link import (
     NAMES,
     NOBODY,
-    READY,
-    WARNING,
     Feeds,
     Identity,
-    JogWatch,
     MachineFacts,
     MachineLink,
+)
+from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
+from tri_glide_kinematics.panel.operator_requests import (
+    JogWatch,
     OperatorRequests,
     PagesBar,
     Steps,
-    outside_text,
     pages_text,
-    position_text,
 )
-from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
 from tri_glide_kinematics.panel.programs import ProgramFolder, Uploads
 from tri_glide_kinematics.panel.tabs import (
@@ -47,6 +44,7 @@ from tri_glide_kinematics.panel.tabs import (
     SwingTab,
     pose_of,
 )
+from tri_glide_kinematics.panel.words import FAULT, READY, WARNING, outside_text, position_text
 from tri_glide_kinematics.programs import default_kept_file, default_zeros_file
 from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.ros.live_parameters import LiveParameters

@@ -14,16 +14,13 @@ from numpy.typing import NDArray
 from viser import GuiApi, GuiUplotHandle
 from viser.uplot import Axis, Scale, Series
 
-from tri_glide_kinematics.panel.machine import (
-    TABLE,
-    MachineFacts,
+from tri_glide_kinematics.panel.link import TABLE, MachineFacts, SteadyTimes, SwingFeed
+from tri_glide_kinematics.panel.operator_requests import (
     OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
-    SteadyTimes,
-    SwingFeed,
-    note,
 )
+from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.settings import NO_SHAPER, Values
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text

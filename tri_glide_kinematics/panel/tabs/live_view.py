@@ -16,21 +16,19 @@ import viser
 
 from tri_glide_kinematics.control import IDLE
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine import (
+from tri_glide_kinematics.panel.link import (
     LARGEST_LAG,
     Feeds,
     MachineFacts,
     MotionFeed,
-    OperatorRequests,
     SteadyTimes,
-    bar,
-    note,
-    table,
 )
 from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.tabs.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.fault_curves import FaultCurves
 from tri_glide_kinematics.panel.tabs.machine_map import MachineMap
+from tri_glide_kinematics.panel.words import bar, note, table
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.workspace import edge_rings
 

@@ -17,21 +17,15 @@ import viser
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import ProgramRun as RunMessage
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine import (
+from tri_glide_kinematics.panel.link import MachineFacts, NewestWish
+from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
+from tri_glide_kinematics.panel.operator_requests import (
     SLOWEST_SPEED,
     USUAL_SPEED,
-    WARNING,
-    MachineFacts,
-    NewestWish,
     OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
-    clock_text,
-    code,
-    note,
-    progress,
 )
-from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
 from tri_glide_kinematics.panel.program_reading import (
     CUT,
     OUTSIDE,
@@ -48,6 +42,7 @@ from tri_glide_kinematics.panel.programs import (
     send_file,
 )
 from tri_glide_kinematics.panel.viser_parts import uuid_of
+from tri_glide_kinematics.panel.words import WARNING, clock_text, code, note, progress
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramRun,

@@ -34,7 +34,7 @@ from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
 from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.motion.shaping import Shaping
-from tri_glide_kinematics.panel.machine.words import MachineStatus, place_text
+from tri_glide_kinematics.panel.words import MachineStatus, place_text
 from tri_glide_kinematics.ros.cdr import STAMP_END, STAMP_OFFSET, byte_order
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.loop import UrgentInputs
