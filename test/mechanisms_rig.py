@@ -50,7 +50,7 @@ class Rig:
         self.tab.step(time.monotonic())
         self.tab.choice.value = name
         self.wait_for(
-            lambda: self.tab.drawing.is_seen and self.is_visible("path_0"),
+            lambda: self.tab.drawing.root.visible and self.is_visible("path_0"),
             f"{name} and its branch to be drawn",
         )
 

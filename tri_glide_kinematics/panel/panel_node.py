@@ -52,7 +52,7 @@ from tri_glide_kinematics.ros.loop import LONGEST_WAIT, Cycle
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.ros.starting import default_parameter_file
 from tri_glide_kinematics.settings import PANEL_NODE, Values
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import Vector3
 
 POINTS_FILE = "taught_points.yaml"
 PROGRAMS_FOLDER = "programs"
@@ -116,7 +116,7 @@ class PanelNode(Node):
         link = MachineLink(self, lambda reason: self._requests.refuse(reason))
         self._requests = OperatorRequests(link, self._on_stop)
         self._link = self._requests.link
-        self._feeds = Feeds(self, self._link.server, self._on_lines)
+        self._feeds = Feeds(self, self._link.server, lambda *lines: self._view.show_lines(*lines))
         self._build(values)
         self.create_subscription(ParameterEvent, "/parameter_events", self._on_parameters, 100)
         self.create_timer(LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -205,7 +205,7 @@ class PanelNode(Node):
         )
 
     def _end(self) -> None:
-        self._program.close()
+        self._program.chosen.close()
         self._server.stop()
 
     async def _greet(self, client: viser.ClientHandle) -> None:
@@ -275,9 +275,6 @@ class PanelNode(Node):
         self._facts = self._facts.with_changes(changed)
         self._requests.follow_twist_timeout(self._facts.values["twist_timeout"])
         self._view.show_machine(self._facts)
-
-    def _on_lines(self, name: str, points: FloatArray) -> None:
-        self._view.show_lines(name, points)
 
     def _frame(self) -> None:
         """Fulfil what is wished, and show where everything is."""

@@ -55,7 +55,7 @@ class Screen:
         now = time.monotonic()
         self.rig.tab.step(now)
         heights = (0.5 + 0.1 * math.sin(3.0 * now), 0.6, 0.7)
-        self.curves.add(now, heights, (0.3, 0.0, -0.3), (3.0, 0.0, -3.0))
+        self.curves.history.add(now, heights, (0.3, 0.0, -0.3), (3.0, 0.0, -3.0))
         self.curves.draw(now)
         self.rig.probe.spin_once(0.01)
 

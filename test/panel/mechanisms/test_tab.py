@@ -169,7 +169,7 @@ def test_beyond_a_limit_the_reason_is_told_and_the_branch_stays(rig):
 def test_none_takes_everything_away(rig):
     rig.choose("four_bar_textbook")
     rig.tab.choice.value = NONE
-    rig.wait_for(lambda: not rig.tab.drawing.is_seen, "an empty scene")
+    rig.wait_for(lambda: not rig.tab.drawing.root.visible, "an empty scene")
     assert rig.tab.words.content == ""
     assert rig.tab.sliders == []
 

@@ -26,7 +26,7 @@ def curves(server):
 
 
 def test_curves_and_limits_are_drawn_in_their_units(curves):
-    curves.add(5.0, (0.4, 0.5, 0.6), (0.1, -0.2, 0.3), (1.0, 2.0, -3.0))
+    curves.history.add(5.0, (0.4, 0.5, 0.6), (0.1, -0.2, 0.3), (1.0, 2.0, -3.0))
     curves.draw(5.0)
     newest = [[column[-1] for column in plot.data] for plot in curves.plots]
     assert newest[0] == pytest.approx([0.0, 400.0, 500.0, 600.0, 300.0, 900.0])
@@ -40,7 +40,7 @@ def test_curves_and_limits_are_drawn_in_their_units(curves):
 
 
 def test_a_few_times_a_second_and_on_without_samples(curves):
-    curves.add(100.0, (0.4, 0.5, 0.6), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    curves.history.add(100.0, (0.4, 0.5, 0.6), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     changes, before = 0, None
     for step in range(300):
         curves.draw(100.0 + step / 100.0)
@@ -73,7 +73,9 @@ def test_many_samples_cost_no_more_than_a_few(curves):
         sent[rate] = 0
         for step in range(3 * rate):
             now = begin + step / rate
-            curves.add(now, (0.4, 0.5, 0.6), (np.sin(now), 0.2, 0.3), (np.cos(now), 0.0, 0.0))
+            curves.history.add(
+                now, (0.4, 0.5, 0.6), (np.sin(now), 0.2, 0.3), (np.cos(now), 0.0, 0.0)
+            )
             curves.draw(now)
             if plot.data is not last:
                 last = plot.data

@@ -92,6 +92,7 @@ class Drawing:
     All calls come from one thread.
 
     Attributes:
+        root: of all, seen while a mechanism is shown.
         nodes: lines and points by their names: ``others`` for all positions but the ``followed``
             one, with its ``joints`` and the ``tips`` that draw ``path_0`` and so on; ``pivots``;
             ``marks`` on the paths.
@@ -101,7 +102,7 @@ class Drawing:
         """Add the nodes below ``name``, unseen; ``centre`` is that of the drawing [m]."""
         self._scene = scene
         self._name = name
-        self._root = scene.add_frame(
+        self.root = scene.add_frame(
             name, show_axes=False, wxyz=UPRIGHT, position=centre, visible=False
         )
         self._paths = [
@@ -121,14 +122,9 @@ class Drawing:
         self._branch: Branch | None = None
         self._fit: Fit | None = None
 
-    @property
-    def is_seen(self) -> bool:
-        """Whether a mechanism is shown."""
-        return self._root.visible
-
     def hide(self) -> None:
         """Show nothing; what is drawn next may be another mechanism."""
-        self._root.visible = False
+        self.root.visible = False
         self._draw_branch(None)
         self._fit = None
 
@@ -158,7 +154,7 @@ class Drawing:
             _set_points(nodes["followed"], fit(skeleton.lines(points)))
             _set_points(nodes["joints"], fit(points))
             _set_points(nodes["tips"], fit(points[[index for index, _ in skeleton.traced]]))
-        self._root.visible = True
+        self.root.visible = True
 
     def _draw_branch(self, branch: Branch | None, paths: tuple[int, ...] = ()) -> None:
         """Draw paths and marks, which stay while the crank turns."""

@@ -328,7 +328,7 @@ class LiveView:
             moment = motion.stamp + self._times.offset(motion.stamp, now)
             if motion.commanded is not None and moment > self._curves_at:
                 self._curves_at = moment
-                self._curves.add(moment, *motion.commanded)
+                self._curves.history.add(moment, *motion.commanded)
         feed.unseen.clear()
         # In silence they go on, too.
         if now - self._curves_at > LARGEST_LAG:

@@ -108,7 +108,8 @@ class ManualControls:
         self._buttons: dict[str, tuple[str, Any]] = {}
         programs.is_taken = lambda: self._is_busy
         go_on = requests.link.on_resume
-        requests.link.on_resume = lambda: self._goes_on() or go_on()
+        # A line that waits goes on, or else a program.
+        requests.link.on_resume = lambda: (self._run is not None and self._run.go_on()) or go_on()
         # Above what changes its height: a button must not move under the finger.
         is_used = self._buttons_file.exists()
         self._own = gui.add_folder("Own buttons", expand_by_default=is_used)
@@ -202,7 +203,7 @@ class ManualControls:
         marks = tuple(map(mark_of, (*self._programs.files, self._buttons_file)))
         if marks != self._marks:
             self._marks, self._zeros = marks, {}
-            self._zeros = dict(self._programs.settings().offsets)
+            self._zeros = dict(self._programs.chosen.settings().offsets)
             self._show_buttons(load_buttons(self._buttons_file))
 
     def _set_zero(self, what: str) -> None:
@@ -254,7 +255,12 @@ class ManualControls:
         self._check_ready()
         assert self._facts is not None and self._from is not None
         self._proof = self._prover.submit(
-            _proved, text, name or "typed", self._programs.settings(), self._from, self._facts
+            _proved,
+            text,
+            name or "typed",
+            self._programs.chosen.settings(),
+            self._from,
+            self._facts,
         )
 
     def _change_buttons(self, what: str) -> None:
@@ -271,7 +277,7 @@ class ManualControls:
             reason = f"there is a button {name}" if name in buttons else f"there are {MOST_BUTTONS}"
             raise KinematicsError(f"nothing made: {reason} already; remove one first")
         elif what == "chosen file":
-            buttons[name] = load_text(self._programs.chosen_path, KeptError, LONGEST_TEXT)
+            buttons[name] = load_text(self._programs.chosen.path, KeptError, LONGEST_TEXT)
         elif self._lines:
             buttons[name] = self._lines[0]
         else:
@@ -311,13 +317,6 @@ class ManualControls:
             reason = "the platform was moved meanwhile"
         if reason:
             raise KinematicsError(f"nothing driven: {reason}")
-
-    def _goes_on(self) -> bool:
-        """Let a line that waits go on; return whether one did."""
-        if self._run is None or self._run.state is not RunState.WAITING:
-            return False
-        self._run.go_on()
-        return True
 
     # Outputs
 
