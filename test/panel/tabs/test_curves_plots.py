@@ -98,7 +98,7 @@ def test_a_swing_is_seen_as_long_as_it_is_told(swing):
     assert not swing.draw(10.0)
     assert not swing.plot.visible
     times = 10.0 + np.arange(500) / 500.0
-    swing.add(times, shaken(times))
+    swing.history.add(times, shaken(times))
     assert swing.draw(11.0)
     assert swing.plot.visible
     ages, x, y, z = swing.plot.data
@@ -116,14 +116,14 @@ def test_a_swing_is_seen_as_long_as_it_is_told(swing):
 )
 def test_the_range_holds_the_largest_acceleration(swing, size, largest):
     times = 10.0 + np.arange(1000) / 500.0
-    swing.add(times, shaken(times, size))
+    swing.history.add(times, shaken(times, size))
     swing.draw(12.0)
     assert swing.plot.scales["y"]["range"] == (-largest, largest)
 
 
 def test_a_slow_sensor_makes_one_curve(swing):
     times = 10.0 + np.arange(100) / 60.0
-    swing.add(times, shaken(times))
+    swing.history.add(times, shaken(times))
     swing.draw(12.0)
     ages, x, *_ = swing.plot.data
     assert ages == pytest.approx(times - 12.0, abs=0.01)

@@ -254,13 +254,9 @@ class ManualControls:
         self._run, self._from = None, self._place()
         self._check_ready()
         assert self._facts is not None and self._from is not None
+        settings = self._programs.chosen.settings()
         self._proof = self._prover.submit(
-            _proved,
-            text,
-            name or "typed",
-            self._programs.chosen.settings(),
-            self._from,
-            self._facts,
+            _proved, text, name or "typed", settings, self._from, self._facts
         )
 
     def _change_buttons(self, what: str) -> None:
