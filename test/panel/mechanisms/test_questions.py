@@ -10,9 +10,9 @@ import pytest
 
 from tri_glide_interfaces.srv import SolveFMechanism, SolveFourBar, TraceFMechanism, TraceFourBar
 from tri_glide_kinematics.mechanisms import load_mechanism
+from tri_glide_kinematics.nodes import mechanism_node as mechanism_messages
+from tri_glide_kinematics.nodes.mechanism_node import check_numbers
 from tri_glide_kinematics.panel.mechanisms import example_files, questions_about
-from tri_glide_kinematics.ros import mechanisms as mechanism_messages
-from tri_glide_kinematics.ros.mechanisms import check_numbers
 
 CONFIG = Path(__file__).parents[3] / "config"
 FILES = example_files(CONFIG)
