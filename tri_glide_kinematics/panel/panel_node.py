@@ -25,7 +25,7 @@ from tri_glide_kinematics.panel.link import (
     MachineFacts,
     MachineLink,
 )
-from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
+from tri_glide_kinematics.panel.mechanisms import MechanismsTab
 from tri_glide_kinematics.panel.operator_requests import (
     JogWatch,
     OperatorRequests,
@@ -176,7 +176,7 @@ class PanelNode(Node):
         with tabs.add_tab("Mechanisms"):
             # Its files lie beside the parameters.
             folder = default_parameter_file().parent
-            self._mechanisms = MechanismsTab(gui, server.scene, MechanismRequests(self), folder)
+            self._mechanisms = MechanismsTab(gui, server.scene, folder)
         gui.main_panel.dock_right()
         server.on_client_connect(requests.opened)
         server.on_client_connect(self._greet)
