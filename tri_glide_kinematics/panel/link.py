@@ -125,11 +125,6 @@ class MachineFacts:
         return tuple(self.values["joint_names"])
 
     @property
-    def base_frame(self) -> str:
-        """Frame of all places."""
-        return str(self.values["base_frame"])
-
-    @property
     def speed_scale(self) -> float:
         """Factor by which the velocity limits are reduced."""
         return float(self.values["speed_scale"])
