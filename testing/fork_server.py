@@ -32,7 +32,7 @@ MODULES = (
     "tri_glide_kinematics.nodes.mechanism_node",
     "tri_glide_kinematics.nodes.simulator_node",
     "tri_glide_kinematics.settings.arguments",
-    "tri_glide_kinematics.ros.starting.realtime",
+    "tri_glide_kinematics.ros.starting.run",
     "tri_glide_kinematics.ros.starting.transport",
 )
 # Only where what they need is installed.

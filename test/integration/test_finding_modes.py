@@ -186,16 +186,17 @@ def test_the_command_reads_the_recordings_of_which_it_is_told(client, nodes, tmp
     asked = []
 
     def answer(request, response):
-        asked.append(request.recordings)
+        asked.append((request.recordings, request.source))
         response.files = [str(EXAMPLE)]
         return response
 
     client.node.create_service(FindModes, "calibration_node/find_modes", answer)
     modes = tmp_path / "modes.yaml"
-    command = nodes.start_module(COMMAND, ["--machine", "--write", str(modes)], "ringdown", {})
+    options = ["--machine", "--heights", "--write", str(modes)]
+    command = nodes.start_module(COMMAND, options, "ringdown", {})
     client.wait_for(lambda: not command.is_running, "the end of the command")
     assert command.process.returncode == 0, command.output
-    assert asked == ["swing"]
+    assert asked == [("swing", FindModes.Request.MEASURED_HEIGHTS)]
     assert "Mode 2: frequency 23.9" in command.output
     values = yaml.safe_load(modes.read_text())["ik_node"]["ros__parameters"]
     assert len(values["mode_frequencies"]) == 2

@@ -24,8 +24,8 @@ from tri_glide_kinematics.mechanisms.four_bar import (
     GrashofClass,
     NotAssemblableError,
 )
-from tri_glide_kinematics.ros import mechanisms as mechanism_messages
-from tri_glide_kinematics.ros.mechanisms import RefusedRequestError, crank_angles
+from tri_glide_kinematics.nodes import mechanism_node as mechanism_messages
+from tri_glide_kinematics.nodes.mechanism_node import RefusedRequestError, crank_angles
 
 OPEN, CROSSED = FourBarPose.OPEN, FourBarPose.CROSSED
 

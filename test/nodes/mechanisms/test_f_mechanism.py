@@ -12,8 +12,8 @@ from tri_glide_interfaces.msg import CrankSweep, FMechanism, Point2, TraceEvent
 from tri_glide_interfaces.srv import SolveFMechanism, TraceFMechanism
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, SelfMotionError
-from tri_glide_kinematics.ros import mechanisms as mechanism_messages
-from tri_glide_kinematics.ros.mechanisms import RefusedRequestError
+from tri_glide_kinematics.nodes import mechanism_node as mechanism_messages
+from tri_glide_kinematics.nodes.mechanism_node import RefusedRequestError
 
 
 def solve_f_mechanism(**fields):

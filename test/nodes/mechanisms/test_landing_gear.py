@@ -8,7 +8,7 @@ from tri_glide_interfaces.msg import LandingGearMotion
 from tri_glide_interfaces.srv import SolveLandingGear
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms import landing_gear
-from tri_glide_kinematics.ros import mechanisms as mechanism_messages
+from tri_glide_kinematics.nodes import mechanism_node as mechanism_messages
 
 
 class TestSolveLandingGear:
