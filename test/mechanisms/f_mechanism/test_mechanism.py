@@ -349,9 +349,9 @@ GOOD = {
         ({"rod_lengths": (math.nan, 1.0, 1.0)}, NotFiniteError, r"rod_lengths\[0\]"),
         ({"platform": [[1.0, 2.0]] * 3}, DegenerateLinkageError, "coincide"),
         (
-            {"platform": [[0.0, 0.0], [1.0, 0.0], [1e300, 1.0]]},
+            {"platform": [[0, 0], [1, 0], [1e99, 1]]},
             OutOfBoundsError,
-            r"platform\[2\]\[0\] = 1e\+300 must be at most",
+            r"platform\[2\]\[0\] = 1e.99",
         ),
         ({"phase_b": math.inf}, NotFiniteError, "phase_b"),
         ({"phase_c": math.nan}, NotFiniteError, "phase_c"),
