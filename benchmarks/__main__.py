@@ -21,7 +21,6 @@ FIGURES = (
     "services",
     "start",
     "transport",
-    "can",
     "drives",
 )
 TABLES = (
