@@ -5,8 +5,6 @@ three simulated drives, behind the other one is something that answers each SYNC
 reads a SYNC keeps when it came. python-can alone does not read the answers, or reads them all.
 """
 
-from __future__ import annotations
-
 import itertools
 import multiprocessing
 import time

@@ -7,8 +7,6 @@ is linear in the acceleration of the platform and a quadratic form of its veloci
 Run it as ``python -m benchmarks.soak_sizing --count 300``; it exits with 1 after a violation.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 

@@ -3,8 +3,6 @@
 The numbers are written a second time, and each firmware's own formulas a second time, too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import cos, hypot, radians, sin, sqrt

@@ -1,7 +1,5 @@
 """What three firmwares print of a machine that is known: it is found again."""
 
-from __future__ import annotations
-
 import math
 import re
 

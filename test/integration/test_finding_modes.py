@@ -3,8 +3,6 @@
 What ends or refuses a search, and when, test/calibration/session/test_led_searches.py shows.
 """
 
-from __future__ import annotations
-
 import signal
 from pathlib import Path
 

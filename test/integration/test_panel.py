@@ -1,7 +1,5 @@
 """The panel in a real browser: what is drawn, and what the controls do on the real topics."""
 
-from __future__ import annotations
-
 import json
 import re
 import signal

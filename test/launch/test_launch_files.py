@@ -1,7 +1,5 @@
 """ROS 2's launch is not among the wheels, so its files are read, not run."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Parameter files and rules: what would be dropped without a word is refused with one."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

@@ -1,7 +1,5 @@
 """Files of recordings: what they mean, and where their mistakes are."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

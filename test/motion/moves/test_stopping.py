@@ -1,7 +1,5 @@
 """How soon a stop is over, where it leads, and what it costs; the bench has more states."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
