@@ -25,9 +25,6 @@ COUNTS = {
 }
 
 
-# From the start of an arc to its centre [m].
-
-
 def kind_of(name: str) -> Kind:
     return next(kind for kind in KINDS if kind.name == name)
 
