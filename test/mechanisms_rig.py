@@ -1,5 +1,7 @@
 """The mechanisms tab on a page server of its own, with a mechanism_node as a process."""
 
+from __future__ import annotations
+
 import itertools
 import os
 import time
