@@ -7,8 +7,6 @@ of the interpreter, as LTTng, a part of rcl, would end its threads there, which 
 Run it as ``python -m testing.fork_server FILE_DESCRIPTOR``.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import runpy

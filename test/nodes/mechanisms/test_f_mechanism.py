@@ -205,21 +205,9 @@ class TestTraceFMechanism:
         [
             ({"pose_index": 2}, RefusedRequestError, "pose_index = 2 must be less than 2"),
             ({"start_by": 7}, RefusedRequestError, "start_by = 7 must be 0 or 1"),
-            (
-                {"change_phases": True, "end_phase_b": 700.0},
-                OutOfBoundsError,
-                "change to end_phase_b = 110.73",
-            ),
-            (
-                {"sweep": CrankSweep(end_angle=1.0, steps=1_000_000)},
-                OutOfBoundsError,
-                "steps = 1000000 must be from 1 to 100000",
-            ),
-            (
-                {"sweep": CrankSweep(end_angle=630.0, steps=10)},
-                OutOfBoundsError,
-                "turns must be at most 100 turns",
-            ),
+            ({"change_phases": True, "end_phase_b": 700.0}, OutOfBoundsError, "_phase_b = 110.73"),
+            ({"sweep": CrankSweep(end_angle=1.0, steps=100_001)}, OutOfBoundsError, "to 100000"),
+            ({"sweep": CrankSweep(end_angle=630.0, steps=10)}, OutOfBoundsError, "at most 100 t"),
         ],
     )
     def test_what_cannot_be_served_is_refused(self, fields, error, text):

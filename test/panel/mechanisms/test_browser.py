@@ -35,13 +35,6 @@ def option(text):
     )
 
 
-def pressable(text):
-    return (
-        "[...document.querySelectorAll('button')]"
-        f".find((e) => e.textContent.trim() === '{text}' && e.offsetParent)"
-    )
-
-
 class Screen:
     """One page that shows the tab and the curves, while somebody steps both."""
 
@@ -139,19 +132,6 @@ def test_a_chosen_mechanism_is_drawn_beside_the_machine(screen):
 
     screen.wait_for_pixels(is_beside_the_machine, "the drawing beside the machine")
     screen.text_appears("The cranks turn fully on this branch.")
-
-
-def test_another_position_is_followed_and_turning_points_are_marked(screen):
-    screen.choose("f_mechanism_example_2")
-    before = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 1000, "the drawing")
-    screen.page.click(pressable("Follow the next position"))
-    screen.text_appears("The cranks turn back at")
-    screen.wait_for_pixels(
-        lambda now: (np.abs(now - before).max(axis=2) > 60).sum() > 1000,
-        "another drawing",
-    )
-    # Beside each mark its crank angle is drawn, and the words name it, too.
-    screen.text_appears("169.6°")
 
 
 def test_curves_are_drawn_and_go_on(screen):
