@@ -27,11 +27,8 @@ ORDER = PickOrder(FORWARDS, lambda position: (FIRST, LAST), cycle)
 
 def chosen(parts, velocity=SPEED, order=ORDER, now=5.0, free_at=5.0, belt=2.0):
     """Return what is chosen; parts are given by where they are in the frame of the machine now."""
-    numbered = {
-        number: combined(1.0, position, -belt, order.direction)
-        for number, position in enumerate(parts)
-    }
-    return order.choose(numbered, (belt, velocity), now, free_at)
+    on_belt = [combined(1.0, position, -belt, order.direction) for position in parts]
+    return order.choose(dict(enumerate(on_belt)), (belt, velocity), now, free_at)
 
 
 def placed(parts, velocity):
@@ -90,6 +87,7 @@ def test_a_grip_is_where_the_part_is_then_and_as_soon_as_can_be(velocity):
         combined(1.0, start, velocity * (pick.grip_at - 5.0), FORWARDS), abs=1e-4
     )
     assert pick.leave_at == pytest.approx(5.3, abs=1e-9)
+    assert chosen([start], velocity, free_at=1.0).pick.leave_at == pytest.approx(5.0, abs=1e-9)
     assert pick.grip_at - pick.leave_at == pytest.approx(cycle(pick.position, velocity).reach)
 
 
@@ -128,15 +126,10 @@ def test_a_belt_that_is_not_parallel_to_an_axis_is_no_other_belt():
         return cycle(combined(1.0, minus(position, place), 1.0, PLACE), velocity)
 
     order = PickOrder(turned, lambda position: (FIRST, LAST), cycle_there)
-    picks = [
-        chosen(
-            [combined(x, way, y, side) for x, y in ((-0.2, 0.05), (0.0, -0.05))], order=each
-        ).pick
-        for each, way, side in (
-            (ORDER, FORWARDS, (0.0, 1.0, 0.0)),
-            (order, turned, (0.8, 0.6, 0.0)),
-        )
-    ]
+    picks = []
+    for each, side in ((ORDER, (0.0, 1.0, 0.0)), (order, (0.8, 0.6, 0.0))):
+        parts = [combined(x, each.direction, y, side) for x, y in ((-0.2, 0.05), (0.0, -0.05))]
+        picks.append(chosen(parts, order=each).pick)
     assert picks[0].part == picks[1].part
     assert picks[0].grip_at == pytest.approx(picks[1].grip_at, abs=1e-9)
 
