@@ -151,6 +151,7 @@ def _bound_of_group(begins: Indices, ends: Indices, numbers: Indices, reached: i
             break
         pace = (value - reached) / size / (1.0 + index / 100.0)
         prices = np.maximum(prices + pace * change, 0.0)
+    assert least >= reached, "more are placed than the bound allows"
     return least
 
 
@@ -159,7 +160,9 @@ def _arcs(parts: Stream, step: float) -> tuple[Indices, Indices, Indices]:
     stay = (WINDOW[1] - WINDOW[0]) / parts.speed
     enters, sides = parts.times[:, None], parts.sides[:, None]
     earliest = enters - half_cycle(WINDOW[0], sides, parts.speed)
-    begins = np.floor(earliest / step).astype(int) + np.arange(math.ceil(stay / step) + 2)
+    latest = enters + stay - half_cycle(WINDOW[1], sides, parts.speed)
+    columns = np.arange(math.ceil(np.max(latest - earliest) / step) + 2)
+    begins = np.floor(earliest / step).astype(int) + columns
     starts = np.maximum(step * begins, earliest)
     grips = np.maximum(starts, enters)
     for _ in range(30):
