@@ -234,8 +234,8 @@ class Picker:
         if self._given is not None:
             if last is not None and math.isinf(last.gripped):
                 return self._approach(now, machine, last)
-            arrival = machine.arrivals[-1] if last and machine.arrivals else math.inf
-            is_free &= arrival < PLANNED_BEFORE
+            arrival = machine.arrivals[-1] if machine.arrivals else math.inf
+            is_free &= arrival < PLANNED_BEFORE and not self._gives_up
             self._free_at = now + arrival + self._settings.dwells[1]
         elif self._carries_on and last is not None:
             return self._transfer(now, self._release(last))
@@ -277,7 +277,8 @@ class Picker:
     def _obstacle(self, now: float, machine: Machine) -> str:
         """Return why the run has to end, if it has to; take in how a transfer has ended."""
         before, self._stops = self._stops, machine.stops
-        if not machine.accepts or before not in (None, machine.stops):
+        accepts = machine.accepts or self._gives_up
+        if not accepts or before not in (None, machine.stops):
             return "the machine was stopped, or takes no commands"
         outcome = None if self._given is None else self._given.outcome
         if outcome is None:
@@ -291,7 +292,9 @@ class Picker:
         if again or last is None or outcome.code not in GOES_ON:
             return outcome.text
         if math.isinf(last.gripped):
-            self._end_cycle(last, PartOutcome.MISSED, outcome.text, now)
+            is_refused = outcome.code is GoalCode.REFUSED
+            ended = PartOutcome.PASSED if is_refused else PartOutcome.MISSED
+            self._end_cycle(last, ended, outcome.text, now)
         else:
             # It has gone up with the part. From rest it may get to the place after all.
             self._carries_on = True
