@@ -35,6 +35,7 @@ TABLES = (
     "goals",
     "streams",
     "panel",
+    "pick",
 )
 CALLS = "cycle_calls"
 GROWTH = "growth"

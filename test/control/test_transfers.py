@@ -175,6 +175,15 @@ def test_a_part_that_stops_in_the_descent_is_given_up_and_told():
     assert cell.outputs == []
 
 
+def test_a_cancelled_transfer_goes_up_from_the_part():
+    cell = Cell().cycles(PHASES["descent"])
+    cell.controller.cancel(cell.goal)
+    cell.cycles(over)
+    assert cell.goal.outcome.code is GoalCode.CANCELED
+    assert MACHINE.forward(cell.controller.commanded_heights)[2] == pytest.approx(HEIGHT)
+    assert cell.outputs == []
+
+
 def test_a_part_that_gets_faster_is_met():
     cell = Cell().cycles(lambda cell: cell.controller.state is MOVING)
     cell.rig.cycle(50)

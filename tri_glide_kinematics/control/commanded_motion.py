@@ -36,6 +36,7 @@ from tri_glide_kinematics.motion.engine import (
 )
 from tri_glide_kinematics.motion.limits import PlatformSpeedLimit, SliderLimits
 from tri_glide_kinematics.motion.tracking import ToldPlaces
+from tri_glide_kinematics.motion.transfer import TransferError
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 
@@ -331,7 +332,11 @@ class CommandedMotion:
         if goal.extends:
             self._queue.drop_target(GoalCode.SUPERSEDED, text)
         if self._states.state in ON_THE_WAY:
-            self._operation.brake(Reason(Cause.CANCELLED, text), asked_for=False)
+            if isinstance(goal, Transfer) and self._engine.give_up(TransferError(text)):
+                # Above what moves there is no place to rest but higher up.
+                self._states.change(MOVING, Reason(Cause.CANCELLED, text))
+            else:
+                self._operation.brake(Reason(Cause.CANCELLED, text), asked_for=False)
 
     def leads_to(self, goal: Command) -> bool:
         """Return whether the present motion is that of the ``goal``."""

@@ -212,6 +212,11 @@ class MotionController:
         return self._engine.path_progress
 
     @property
+    def drive_delay(self) -> float:
+        """From a setpoint to the motors [s]."""
+        return self._underway.delay
+
+    @property
     def transfer_progress(self) -> TransferProgress | None:
         """How far the transfer is that is carried out; None without one."""
         return self._engine.transfer_progress

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
-from tri_glide_interfaces.msg import Output, ProgramRun
+from tri_glide_interfaces.msg import Output, ProgramRun, StationState
 from tri_glide_kinematics.control import (
     FAULT,
     FeedForward,
@@ -39,6 +39,7 @@ from tri_glide_kinematics.ros.inputs import (
     MachineServices,
     MotionActions,
     SliderMeasurements,
+    renewal_of,
 )
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle, PlanningTime, steady_timer
@@ -195,9 +196,12 @@ class IkNode(Node):
         )
         read_kinds_within_bytes((ProgramRun,))
         runs = self.create_subscription(ProgramRun, "program_run", self._on_run, RELIABLE)
-        self._stream_topics = (twists.topic_name, states.topic_name)
+        stations = self.create_subscription(
+            StationState, "station_state", self._on_station, LATEST_ONLY
+        )
+        self._stream_topics = (twists.topic_name, states.topic_name, stations.topic_name)
         self._reliable_topics = (poses.topic_name, paths.topic_name)
-        urgent = (self._measured, poses, twists, states, paths, runs, *services.urgent)
+        urgent = (self._measured, poses, twists, states, stations, paths, runs, *services.urgent)
         # The way to a pose takes a millisecond to plan: it begins in the sleep before the cycle.
         self.cycle = Cycle(
             urgent, period, self._cycle, self._plan, (poses,), self._may_end, self._end
@@ -355,6 +359,13 @@ class IkNode(Node):
             self._controller.track(position, velocity, now - age - self._tracking_latency, now)
         except KinematicsError as error:
             self._refused.refuse(f"refused a target state: {error}", error.refusal)
+
+    def _on_station(self, message: StationState) -> None:
+        try:
+            station, motion, seen = renewal_of(message, self._base_frame, self.get_clock())
+            self._controller.renew(station, motion, seen)
+        except KinematicsError as error:
+            self._refused.refuse(f"refused a station state: {error}", error.refusal)
 
     def _on_run(self, message: ProgramRun) -> None:
         line = f", line {message.line}" if message.line else ""

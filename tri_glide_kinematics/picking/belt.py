@@ -69,10 +69,10 @@ class BeltUnknownError(KinematicsError):
 
     def __init__(self, time: float, first: float | None) -> None:
         """Store the ``time`` asked for, and the ``first`` that is known, if one is [s]."""
-        since = "no time" if first is None else f"{number_text(first)} s on"
-        super().__init__(
-            f"the belt at time = {number_text(time)} s is not known, it is from {since}"
-        )
+        why = "there is no report of it"
+        if first is not None:
+            why = f"the first report that is kept is {number_text(first - time)} s later"
+        super().__init__(f"the belt at time = {number_text(time)} s is not known: {why}")
         self.time = time
         self.first = first
 

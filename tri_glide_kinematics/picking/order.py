@@ -111,14 +111,14 @@ class PickOrder:
             here = combined(1.0, position, belt[0], self.direction)
             way = dot(here, self.direction)
             first, last = self.window(here)
-            until = math.inf if first <= way <= last else -math.inf
-            since = now
+            since, until = now, math.inf if first <= way <= last else -math.inf
             if velocity:
-                since, until = sorted(now + (end - way) / velocity for end in (first, last))
-                is_behind = until < now and (velocity > 0.0 or way < first - TURNED_BACK)
-                passed += [number] if is_behind else []
+                ends = (first, last) if velocity > 0.0 else (last, first)
+                since, until = (now + (end - way) / velocity for end in ends)
+                if until < now and (velocity > 0.0 or way < first - TURNED_BACK):
+                    passed.append(number)
             if until >= free_at:
-                # Of parts that leave at the same time, never, the first in the way of the belt.
+                # Where the belt rests, the first in the way of the belt: it may start again.
                 arrivals.append(_Arrival(until, last - way, number, since, here))
         arrivals.sort()
         plan = self._best_plan(arrivals[:AHEAD], velocity, now, free_at)
@@ -127,9 +127,10 @@ class PickOrder:
     def _best_plan(
         self, arrivals: Sequence[_Arrival], velocity: float, now: float, free_at: float
     ) -> Pick | None:
-        """Return the first pick of the plan that places most; all belts move parts in their order.
+        """Return the first pick of the plan that places most, and of these is over first.
 
-        ``plans[n]`` is the one that is over first of those that place n of the parts so far.
+        Plans take parts in the order in which they leave; other orders place hardly more. After
+        each part, ``plans[n]`` is the one that is over first of those that place n so far.
         """
         plans: list[tuple[float, Pick | None]] = [(free_at, None)]
         for arrival in arrivals:
@@ -144,11 +145,7 @@ class PickOrder:
                     plans.append(plan)
                 elif end < plans[count + 1][0]:
                     plans[count + 1] = plan
-        # Only time after the last part has come up is lost for parts that are not known yet.
-        latest = max((arrival.since for arrival in arrivals), default=free_at)
-        cycle = (plans[-1][0] - free_at) / max(len(plans) - 1, 1) or 1.0
-        values = [count - max(end - latest, 0.0) / cycle for count, (end, _) in enumerate(plans)]
-        return plans[max(range(1, len(plans)), key=values.__getitem__, default=0)][1]
+        return plans[-1][1]
 
     def _grip(
         self, arrival: _Arrival, velocity: float, now: float, free_at: float
@@ -159,11 +156,13 @@ class PickOrder:
         """
         at = max(arrival.since, free_at)
         for _ in range(MOST_STEPS):
-            if at > arrival.until:
-                return None
-            position = combined(1.0, arrival.position, velocity * (at - now), self.direction)
+            # No further, as beyond the window there may be no cycle.
+            seen_at = min(at, arrival.until)
+            position = combined(1.0, arrival.position, velocity * (seen_at - now), self.direction)
             reach, rest = self.cycle(position, velocity)
-            before, at = at, max(arrival.since, free_at + reach)
-            if abs(at - before) < PRECISION:
+            at = max(arrival.since, free_at + reach)
+            if abs(at - seen_at) < PRECISION:
                 break
+        if at > arrival.until:
+            return None
         return Pick(arrival.number, at - reach, at, position), at + rest

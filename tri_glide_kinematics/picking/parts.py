@@ -5,7 +5,8 @@ p - s d in the frame of the belt, which runs along d. They stay while the part l
 
 Where a part is seen decides which one it is, and nothing else: identities are missing, change, or
 come again for another part. Two parts are never nearer to each other than their spacing. So
-whatever is seen within half of that of a part is this part.
+whatever is seen within half of that of a part is this part. What is seen a little farther away is
+noise of it or a neighbour: that is a part when it is seen again.
 """
 
 from __future__ import annotations
@@ -15,11 +16,15 @@ from bisect import insort
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
+from math import dist, hypot
 from typing import NamedTuple
 
 from tri_glide_kinematics.checks import finite, finite_vector, positive
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import Vector3, combined, three
+
+# What is seen within so many times the reach of a part, and not within that, is in doubt.
+DOUBTFUL = 1.5
 
 # So many of the newest views say where a part is to be looked for: it may move on the belt.
 NEWEST = 2
@@ -86,16 +91,18 @@ class Part:
             seen before it moved on the belt is left out.
         position: mean of the views, in the frame of the belt. Shape (3,) [m].
         newest: mean of the newest views. Shape (3,) [m].
+        is_doubtful: whether it was seen once only, and may be noise of another part.
         has_moved: whether it was seen to move on the belt.
-        is_taken: whether it is being picked: so it stays, where two are found to be one.
+        is_taken: whether it is being picked: so it stays, where two are found to be one, and is not
+            lost with the others.
         outcome: None until it has one.
         text: what is to be said of the outcome.
         ended: when that was [s].
     """
 
-    def __init__(self, number: int) -> None:
+    def __init__(self, number: int, is_doubtful: bool) -> None:
         """Have no view yet."""
-        self.number = number
+        self.number, self.is_doubtful = number, is_doubtful
         self.views: list[Sighting] = []
         self.position = self.newest = (0.0, 0.0, 0.0)
         self.has_moved = self.is_taken = False
@@ -128,25 +135,29 @@ class Part:
 
     def distance(self, place: Vector3) -> float:
         """Return how far from a ``place`` it was seen last, in x and y [m]."""
-        return math.dist(self.newest[:2], place[:2])
-
-    def is_forgotten(self, time: float) -> bool:
-        """Return whether it has ended, and was not seen for long at a ``time`` [s]."""
-        last = max(self.ended, self.views[-1].time)
-        return self.outcome is not None and time - last > REMEMBERED
+        (x, y, _), mean_place, last = place, self.newest, self.views[-1].position
+        return min(hypot(mean_place[0] - x, mean_place[1] - y), hypot(last[0] - x, last[1] - y))
 
     def may_be(self, view: Sighting) -> bool:
-        """Return whether it was still on the belt at the time of a ``view``, for all we know."""
-        return self.outcome is not PartOutcome.PLACED or view.time <= self.ended
+        """Return whether a ``view`` may show it: it has not ended, or lies there nevertheless."""
+        if self.outcome is None or view.time <= self.ended:
+            return True
+        return self.outcome is not PartOutcome.PLACED and not self.is_over(view.time)
+
+    def is_over(self, time: float) -> bool:
+        """Return whether it has ended or is in doubt, and was not seen for long at a time [s]."""
+        last = max(self.ended, self.views[-1].time)
+        return (self.outcome is not None or self.is_doubtful) and time - last > REMEMBERED
 
     def add(self, views: Iterable[Sighting], noise: float) -> None:
         """Add ``views``, in the frame of the belt, with a ``noise`` of x and y each, rms [m]."""
         for view in views:
             insort(self.views, view)
+        self.is_doubtful &= len(self.views) == 1
         own = [view for view in self.views if view.camera == self.views[-1].camera]
         newest, others = own[-COMPARED:], own[:-COMPARED]
         if len(others) >= COMPARED:
-            way = math.dist(mean(newest)[:2], mean(others)[:2])
+            way = dist(mean(newest)[:2], mean(others)[:2])
             if way > MOVED * noise * math.sqrt(1.0 / len(newest) + 1.0 / len(others)):
                 self.has_moved = True
                 self.views = [view for view in self.views if view.time >= newest[0].time]
@@ -176,7 +187,7 @@ class Parts:
 
     def on_belt(self) -> list[Part]:
         """Return all parts that have no outcome yet, the one that was seen first at the front."""
-        return [part for part in self._parts if part.outcome is None]
+        return [part for part in self._parts if part.outcome is None and not part.is_doubtful]
 
     def see(self, sighting: Sighting, belt_position: float) -> Part:
         """Return the part that was seen; it may be one that has ended.
@@ -191,16 +202,19 @@ class Parts:
         time = finite("time", sighting.time)
         seen = three(finite_vector("position", sighting.position, 3))
         place = combined(1.0, seen, -finite("belt_position", belt_position), self._direction)
-        view = sighting._replace(position=place)
-        self._parts = [part for part in self._parts if not part.is_forgotten(time)]
-        possible = [part for part in self._parts if part.may_be(view)]
-        part = min(possible, key=lambda each: each.distance(place), default=None)
-        if part is None or part.distance(place) > self._reach:
+        view = sighting._replace(time=time, position=place)
+        # Those that this may make one part are not farther away than this.
+        near = [part for part in self._parts if part.distance(place) <= 2.0 * self._reach]
+        near = [part for part in near if part.may_be(view)]
+        part = min(near, key=lambda each: each.distance(place), default=None)
+        if part is None or (distance := part.distance(place)) > self._reach:
+            is_doubtful = part is not None and distance <= DOUBTFUL * self._reach
+            self._parts = [part for part in self._parts if not part.is_over(view.time)]
             self._count += 1
-            part = Part(self._count)
+            part = Part(self._count, is_doubtful)
             self._parts.append(part)
         part.add([view], self._noise)
-        for other in possible:
+        for other in near:
             if other is not part and other.distance(part.newest) <= self._reach:
                 part = self._joined(part, other)
         return part
@@ -232,7 +246,7 @@ class Parts:
     def lose(self, text: str, time: float) -> list[Part]:
         """End all parts on the belt as lost, as after a jump of its encoder, and return them.
 
-        Those that are taken are not on it.
+        Those that are taken are not on it, but known no more either.
         """
         lost = [part for part in self.on_belt() if not part.is_taken]
         for part in lost:

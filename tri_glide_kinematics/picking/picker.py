@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import GoalCode, Stop, Transfer
-from tri_glide_kinematics.picking.belt import BeltMotion, BeltUnknownError
+from tri_glide_kinematics.picking.belt import BeltMotion, BeltState, BeltUnknownError
 from tri_glide_kinematics.picking.order import PickOrder
 from tri_glide_kinematics.picking.parts import Part, PartOutcome, Parts, Sighting
 from tri_glide_kinematics.picking.places import Place, Places
@@ -32,7 +32,7 @@ LOOKS_EACH = 0.02
 PASSES_EACH = 0.5
 
 # A transfer is given so long before it is to begin: it has to be planned [s].
-PLANNED_BEFORE = 0.15
+PLANNED_BEFORE = 0.4
 
 # A run goes on after a transfer that has ended like that.
 GOES_ON = (GoalCode.NOT_REACHED, GoalCode.REFUSED)
@@ -200,6 +200,17 @@ class Picker:
             self.is_running, self.text = True, "picks parts"
             self._is_closed = self._waits = False
             self._stops, self._ends = None, ""
+
+    @property
+    def parts_on_belt(self) -> list[Part]:
+        """Parts without an outcome, in the frame of the belt."""
+        return self._parts.on_belt()
+
+    def belt_at(self, time: float) -> BeltState | None:
+        """Return how the belt moves at a ``time`` [s]; None if that is not known."""
+        with suppress(BeltUnknownError):
+            return self._belt.at(time)
+        return None
 
     def finish(self, reason: str) -> None:
         """Begin no other part, and end the run for a ``reason`` when the present one is placed."""

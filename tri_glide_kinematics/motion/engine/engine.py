@@ -320,6 +320,20 @@ class MotionEngine:
         """
         return self._execution.transferring.renew(stop, motion, age)
 
+    def give_up(self, reason: KinematicsError) -> bool:
+        """Go up from the station that a transfer leads to, or is at, and rest.
+
+        Args:
+            reason: why.
+
+        Returns:
+            Whether that is begun: not where both stations rest, nor if it is given up already.
+
+        Raises:
+            NotStartedError: before the start.
+        """
+        return self._execution.transferring.give_up(reason)
+
     @property
     def transfer_progress(self) -> TransferProgress | None:
         """How far the transfer is that is carried out; None without one."""

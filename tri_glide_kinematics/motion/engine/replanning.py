@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.commands import Command, Departure
+from tri_glide_kinematics.motion.engine.commands import Command, Departure, Transfer
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits, stays_within
 from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError
@@ -40,6 +40,7 @@ from tri_glide_kinematics.motion.trajectory import (
     checked,
     gentler,
 )
+from tri_glide_kinematics.motion.transfer import TransferError, TransferPlan, TransferPlanner
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
@@ -303,6 +304,8 @@ class Replanning:
             return replace(held, role=PlanRole.BRAKES)
         if held.path_plan is not None:
             return (yield from self._paths.braked(held, held.path_plan, time))
+        if isinstance(plan, TransferPlan):
+            return (yield from self._transfer_braked(held, plan, time))
         state = plan.at(time)
         for limits in gentler(held.limits.effective, state):
             braked = yield from self._braked_within(held, time, state, limits, stays=stays)
@@ -310,6 +313,40 @@ class Replanning:
                 break
             yield
         return braked
+
+    def _transfer_braked(
+        self, held: HeldMotion, plan: TransferPlan, time: float
+    ) -> Interruptible[HeldMotion]:
+        """Return ``held`` with a braking of a transfer, which goes no deeper than its ``plan``.
+
+        The sliders' own stops may lead below the stop that it is at, or comes to.
+        """
+        held = replace(held, role=PlanRole.BRAKES)
+        limits, goal = held.limits.effective, held.goal
+        reason = TransferError("new limits do not allow the transfer to go on")
+        if goal is None:
+            slowed = yield from self._slowed_on_way(held, time)
+            if slowed is not None:
+                return replace(held, plan=slowed)
+        # A transfer that has to be given up goes up.
+        height = goal.height if isinstance(goal, Transfer) else -math.inf
+        try:
+            planner = TransferPlanner(self._workspace, height, 0.0)
+            stopped = yield from planner.given_up(plan, time, limits, reason)
+            return replace(held, plan=stopped)
+        except KinematicsError:
+            return replace(held, role=PlanRole.EARLIER)
+
+    def _slowed_on_way(self, held: HeldMotion, time: float) -> Interruptible[Trajectory | None]:
+        """Return the plan that is ``held``, slowed down to rest, if that is proved."""
+        own = own_stop(held.plan.at(time), held.limits.scaled).duration
+        duration = max(SLOWED * own, SHORTEST_SLOWED)
+        if duration < held.plan.duration - time:
+            slowed = SlowedPlan(self._workspace.machine, held.plan, time, duration)
+            use = yield from slowed.limit_use(held.limits.effective)
+            if use.within(SLOWED_ROUNDING):
+                return slowed
+        return None
 
     def slowed(self, held: HeldMotion, time: float) -> Interruptible[HeldMotion]:
         """Return ``held`` with its plan slowed down to rest on its own way, if that is proved.
@@ -322,15 +359,11 @@ class Replanning:
             held: what is held, in motion.
             time: when that begins.
         """
+        slowed = yield from self._slowed_on_way(held, time)
+        if slowed is not None:
+            return replace(held, plan=slowed, role=PlanRole.BRAKES)
         state, limits = held.plan.at(time), held.limits.effective
-        own = own_stop(state, held.limits.scaled).duration
-        duration = max(SLOWED * own, SHORTEST_SLOWED)
-        if duration < held.plan.duration - time:
-            slowed = SlowedPlan(self._workspace.machine, held.plan, time, duration)
-            use = yield from slowed.limit_use(limits)
-            if use.within(SLOWED_ROUNDING):
-                return replace(held, plan=slowed, role=PlanRole.BRAKES)
-        if limits.added:
+        if limits.added and not isinstance(held.plan, TransferPlan):
             region, left = self._region(held, time), held.plan.duration - time
             try:
                 gentle = yield from self._planner.stopping.gently(state, limits, region, left)

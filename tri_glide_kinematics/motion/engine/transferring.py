@@ -13,7 +13,12 @@ from tri_glide_kinematics.motion.engine.commands import Transfer
 from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.replacing import LeadTime, PlanReplacing
 from tri_glide_kinematics.motion.engine.replanning import Replanned
-from tri_glide_kinematics.motion.transfer import Stop, TransferError, TransferPlanner
+from tri_glide_kinematics.motion.transfer import (
+    CarriedPlan,
+    Stop,
+    TransferError,
+    TransferPlanner,
+)
 from tri_glide_kinematics.workspace import Workspace
 
 # At first it is expected that a plan, and that of what is left of it, take so long [s].
@@ -103,6 +108,33 @@ class Transferring:
         proved = self._plans.shaped_plans.proved(making)
         self._plans.begin(proved, None, start, self._renewal_lead_time)
         return True
+
+    def give_up(self, reason: KinematicsError) -> bool:
+        """Go up from where a transfer is, and rest; return whether that is begun.
+
+        Args:
+            reason: why.
+        """
+        held, time = self._holder.held, self._holder.time
+        plan = held.transfer
+        if plan is None or plan.gives_up is not None or held.brakes or time >= held.rests_at:
+            return False
+        if not isinstance(plan.legs[plan.present(time)[0]].plan, CarriedPlan):
+            return False
+        making = partial(self._given_up, reason)
+        start = time + self._plans.lead(self._renewal_lead_time)
+        proved = self._plans.shaped_plans.proved(making)
+        self._plans.begin(proved, None, start, self._renewal_lead_time)
+        return True
+
+    def _given_up(
+        self, reason: KinematicsError, held: HeldMotion, start: float
+    ) -> Interruptible[Replanned]:
+        plan, goal, limits = held.transfer, held.goal, held.limits.effective
+        if plan is None or not isinstance(goal, Transfer):
+            return Replanned(held)
+        given_up = yield from self._planner(goal).given_up(plan, start, limits, reason)
+        return Replanned(replace(held, plan=given_up))
 
     def _begins(self, start: float) -> float:
         """Return when a plan begins for ``start`` in the held plan, by the time of the engine."""

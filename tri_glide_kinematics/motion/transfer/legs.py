@@ -128,6 +128,7 @@ class Leg(NamedTuple):
         upright: from when on it is upright above the next one.
         arrival: at the next one.
         begin: of what is left of it.
+        slope: how much higher the next stop is for its way along x and y; None if it is not known.
     """
 
     plan: Trajectory
@@ -136,6 +137,7 @@ class Leg(NamedTuple):
     upright: float
     arrival: float
     begin: float = 0.0
+    slope: tuple[float, float] | None = None
 
 
 class TransferPlan(SequencePlan):
@@ -245,8 +247,9 @@ class TransferPlanner:
     ) -> Interruptible[TransferPlan | None]:
         """Return what is left of a ``plan`` with another motion of the stop that it leads to.
 
-        The motion in the frame stays as it is, and so the height over time. Where the other motion
-        is not met in time, the platform goes up.
+        The motion in the frame stays as it is, and so the height over time: whatever the other
+        motion is, the place stays at the height, or on the slope, that it was planned for. Where
+        that is not met in time, the platform goes up.
 
         Args:
             plan: that is driven.
@@ -266,10 +269,11 @@ class TransferPlanner:
         leg = plan.legs[index]
         if not isinstance(leg.plan, CarriedPlan) or plan.gives_up is not None:
             return None
-        place, end = stop.after(age - now), leg.begin + leg.plan.duration
+        end = leg.begin + leg.plan.duration
         # What is asked of the place is that it is met at the arrival, and kept to in the dwell.
         instant = leg.arrival if now < leg.arrival else end
         there = plus(_frame_at(leg, instant).displacement, _end_of(leg.base))
+        place = _on_slope(stop.after(age - now), there, leg.slope)
         missed = math.dist(there, place.after(instant).position)
         if missed <= UNSEEN * allowed or end - now <= CATCHING_UP:
             return None
@@ -308,22 +312,24 @@ class TransferPlanner:
             KinematicsError: if there is none.
         """
         index, now = plan.present(time)
-        leg, frame = plan.legs[index], _frame_at(plan.legs[index], now)
+        leg = plan.legs[index]
+        frame, base = _frame_at(leg, now), leg.base
         refusal: KinematicsError = reason
         for gentler in (1.0, 1.6, math.inf):
-            parts = list(self._stopped(leg.base, now, gentler, limits))
-            base: Trajectory = SequencePlan(parts) if parts else leg.base
-            ends, begins = (base.duration, 0.0) if parts else (now, now)
+            parts = list(self._stopped(_in_frame(leg), base, now, gentler, limits))
+            motion: Trajectory = SequencePlan(parts) if parts else _in_frame(leg)
+            ends, begins = (motion.duration, 0.0) if parts else (now, now)
             speed = math.hypot(*frame.velocity)
             duration = max(min(gentler, 2.5) * _time_for(0.0, speed, limits), ends - begins)
             rests = begins + duration
             still = combined(1.0, frame.displacement, 0.5 * duration, frame.velocity)
             still = combined(1.0, still, duration * duration / 12.0, frame.acceleration)
             carriage = Carriage((begins, rests), (frame, FrameState(still, AT_REST, AT_REST)))
-            carried = CarriedPlan(self.workspace.machine, base, carriage, max(ends, rests), begins)
+            end = max(ends, rests)
+            carried = CarriedPlan(self.workspace.machine, motion, carriage, end, begins)
             try:
                 yield from self._proved(carried, limits)
-                last = Leg(carried, leg.base, 0.0, 0.0, math.inf, begins)
+                last = Leg(carried, base, 0.0, 0.0, math.inf, begins)
                 return TransferPlan([last], plan.first + index, gives_up=reason)
             except KinematicsError as error:
                 refusal = error
@@ -331,32 +337,37 @@ class TransferPlanner:
         raise refusal
 
     def _stopped(
-        self, base: PathPlan, now: float, gentler: float, limits: SliderLimits
+        self,
+        motion: Trajectory,
+        base: PathPlan,
+        now: float,
+        gentler: float,
+        limits: SliderLimits,
     ) -> Iterator[Trajectory]:
-        """Yield a braking on the way of a ``base``, and the way up from there.
+        """Yield a braking on the way of a ``motion`` in a frame, and the way up from there.
 
         Args:
-            base: that is driven.
-            now: time in it [s].
+            motion: that is driven.
+            base: of the leg.
+            now: time in the motion [s].
             gentler: the braking takes so many times as long as it should have to.
             limits: of the sliders.
         """
-        left = base.duration - now
-        place = base.on_curve(now)
-        if left > 0.0 and place.speed > 0.0:
-            speed = math.hypot(*base.platform_at(self.workspace.machine, now)[3:6])
+        machine, left = self.workspace.machine, motion.duration - now
+        speed = math.hypot(*motion.platform_at(machine, now)[3:6])
+        if left > 0.0 and speed > 0.0:
             duration = gentler * _time_for(0.0, speed, limits)
             if 0.5 * duration < left:
-                yield SlowedPlan(self.workspace.machine, base, now, duration)
-                place = base.on_curve(now + 0.5 * duration)
+                yield SlowedPlan(machine, motion, now, duration)
+                now += 0.5 * duration
             else:
                 # It brakes already.
-                yield base.moved_to(base.heights, now)
-                place = base.on_curve(base.duration)
-        here = _place_on(base, place.place)
-        way = self.height - here[2]
+                yield SequencePlan((motion,), now)
+                now = motion.duration
+        x, y, z, *_ = motion.platform_at(machine, now)
+        way = self.height - z
         if way > SAME_WAY:
-            line = StraightLine(base.heights.geometry, here, (0.0, 0.0, 1.0), way)
+            line = StraightLine(base.heights.geometry, (x, y, z), (0.0, 0.0, 1.0), way)
             times = np.array((0.0, _time_for(way, 0.0, limits)))
             ends = np.array((0.0, way))
             yield LinePlan(line, TimeScaling(times, ends, np.zeros(2), np.zeros(2)))
@@ -498,7 +509,7 @@ class TransferPlanner:
             use = yield from carried.limit_use(limits, 0.0, self.workspace)
             if use.keeps_limits:
                 yield from inside(carried, self.workspace, limits)
-                return Leg(carried, base, begin, met_at, arrival)
+                return Leg(carried, base, begin, met_at, arrival, slope=_slope_of(stop))
             stretch = slower * _slowdown(use, limits) * SPARE
             longer = wait + stretch * natural.duration
             if not longer - wait < SLOWEST * natural.duration:
@@ -658,8 +669,41 @@ def _end_of(base: PathPlan) -> Vector3:
 
 
 def _frame_at(leg: Leg, time: float) -> FrameState:
-    assert isinstance(leg.plan, CarriedPlan)
+    if not isinstance(leg.plan, CarriedPlan):
+        return FrameState(AT_REST, AT_REST, AT_REST)
     return leg.plan.carriage.at(time)
+
+
+def _in_frame(leg: Leg) -> Trajectory:
+    """Return the motion of a ``leg`` in its frame."""
+    return leg.plan.base if isinstance(leg.plan, CarriedPlan) else leg.plan
+
+
+def _slope_of(stop: Stop) -> tuple[float, float] | None:
+    """Return how much higher a ``stop`` is for its way along x and y; None if it goes upright."""
+    x, y, z = stop.velocity if any(stop.velocity) else stop.acceleration
+    level = x * x + y * y
+    if level == 0.0:
+        return None if z else (0.0, 0.0)
+    return z * x / level, z * y / level
+
+
+def _on_slope(
+    place: MovingTarget, there: Vector3, slope: tuple[float, float] | None
+) -> MovingTarget:
+    """Return a ``place`` at the height that it has on a ``slope`` through another place [m]."""
+    if slope is None:
+        return place
+
+    def level(x: float, y: float, z: float = 0.0) -> Vector3:
+        return x, y, z + slope[0] * x + slope[1] * y
+
+    z = there[2] - level(*there[:2])[2]
+    return place._replace(
+        position=level(*place.position[:2], z),
+        velocity=level(*place.velocity[:2]),
+        acceleration=level(*place.acceleration[:2]),
+    )
 
 
 def _upright(base: PathPlan) -> tuple[float, float]:

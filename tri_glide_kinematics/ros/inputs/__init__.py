@@ -13,5 +13,6 @@ if TYPE_CHECKING:
         SliderMeasurements as SliderMeasurements,
     )
     from tri_glide_kinematics.ros.inputs.slider_measurements import StampedReading as StampedReading
+    from tri_glide_kinematics.ros.inputs.transfer_messages import renewal_of as renewal_of
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -11,9 +11,10 @@ from typing import Any
 
 from geometry_msgs.msg import Point
 from rclpy.node import Node
+from rclpy.time import Time
 from std_srvs.srv import SetBool, Trigger
 
-from tri_glide_interfaces.action import FollowPath, MoveTo
+from tri_glide_interfaces.action import FollowPath, MoveTo, Transfer
 from tri_glide_kinematics.checks import finite
 from tri_glide_kinematics.control import CommandRefusedError, MotionController
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, Refusal
@@ -32,6 +33,7 @@ from tri_glide_kinematics.motion.path import (
 from tri_glide_kinematics.reason_log import RefusalLog
 from tri_glide_kinematics.ros.inputs.drives_enable import DrivesEnable
 from tri_glide_kinematics.ros.inputs.path_messages import flat_path, path_outputs, path_points
+from tri_glide_kinematics.ros.inputs.transfer_messages import arrival_stamps, transfer_of
 from tri_glide_kinematics.ros.messages import target_position
 from tri_glide_kinematics.ros.outputs import StateReports
 from tri_glide_kinematics.ros.serving import CALLS, ActionServer, GoalEnd, PatientServices
@@ -165,7 +167,7 @@ UNKNOWN = (math.nan, math.nan, math.nan)
 
 
 class MotionActions:
-    """``~/move_to`` and ``~/follow_path``, served from the control cycle.
+    """``~/move_to``, ``~/follow_path`` and ``~/transfer``, served from the control cycle.
 
     Attributes:
         path_tolerance: of paths that give none [m].
@@ -193,6 +195,7 @@ class MotionActions:
         self._kind = kind
         self._refused = refused
         self._patient = patient
+        self._clock = node.get_clock()
         self._has_ended = False
         # Whether something was asked for when it was last looked at.
         self._has_found = False
@@ -211,6 +214,7 @@ class MotionActions:
             for kind, name, begin, result, feedback in (
                 (MoveTo, "~/move_to", self._move_to, self._moved, self._moving),
                 (FollowPath, "~/follow_path", self._follow_path, self._followed, self._following),
+                (Transfer, "~/transfer", self._transfer, self._transferred, self._transferring),
             )
         )
 
@@ -378,6 +382,22 @@ class MotionActions:
         feedback.way_remaining = max(progress.way_remaining, 0.0)
         feedback.time_remaining = progress.time_remaining
         _write(self._position(), feedback.position)
+        return feedback
+
+    def _transfer(self, request: Any) -> Command:
+        return self._controller.pursue(transfer_of(request, self._base_frame, self._clock))
+
+    def _transferred(self, goal: Command) -> Any:
+        return self._with_outcome(Transfer.Result(), goal)
+
+    def _transferring(self, goal: Command) -> Any:
+        progress = self._controller.transfer_progress
+        if progress is None or not self._controller.leads_to(goal):
+            return None
+        feedback = Transfer.Feedback()
+        delay = self._controller.drive_delay
+        for nanoseconds in arrival_stamps(progress, delay, self._clock):
+            feedback.arrivals.append(Time(nanoseconds=nanoseconds).to_msg())
         return feedback
 
     def _with_outcome(self, result: Any, goal: Command) -> Any:

@@ -1,0 +1,71 @@
+"""How near the gripper truly is to the part when it has closed, in a cell in virtual time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from benchmarks.table import Row
+from testing.pick_cell import LOW, Cell
+from tri_glide_kinematics.picking import PartOutcome, SimulatedBelt, laid_parts
+
+SPEEDS = (0.05, 0.1, 0.2, 0.3, 0.5)
+DRIVES = (0.01, 0.06)
+LATENCIES = (0.0, 0.15)
+
+# To reach: at a constant speed, and while the belt changes its speed [mm].
+STEADY, CHANGING = 0.2, 1.0
+
+# Parts of a run, and their distance in time: so each is picked [s].
+COUNT, APART = 6, 1.6
+
+
+def cell_of(
+    speed: float,
+    count: int = COUNT,
+    changes: tuple[tuple[float, float, float], ...] = (),
+    **how: float,
+) -> Cell:
+    """Return a cell, run to its end, that picks from a belt at a ``speed`` [m/s]."""
+    belt = SimulatedBelt((1.0, 0.0, 0.0), speed, changes)
+    # A fast belt is looked at from farther away.
+    view = (-0.45, -0.2) if speed < 0.25 else (-0.9, -0.5)
+    spacing = max(speed, 0.06) * APART
+    parts = laid_parts(belt, count, spacing, first=(view[0] - 0.05, 0.08, LOW))
+    cell = Cell(belt, parts, view=view, first_way=0.6, **how)
+    cell.picker.run()
+    return cell.run_until(lambda cell: len(cell.outcomes) == count, 120.0)
+
+
+def rows() -> Iterator[Row]:
+    """Yield the rows of errors at the grip, and of the lowest place."""
+    lowest = np.inf
+    for speed in SPEEDS:
+        errors, placed = [], 0
+        for drive in DRIVES:
+            for latency in LATENCIES:
+                cell = cell_of(speed, drive_delay=drive, latency=latency)
+                errors += cell.errors()
+                placed += sum(e.part.outcome is PartOutcome.PLACED for e in cell.outcomes)
+                lowest = min(lowest, cell.lowest)
+        count = COUNT * len(DRIVES) * len(LATENCIES)
+        what = f"error at the grip, {speed:g} m/s, drives 10 and 60 ms, camera 0 and 150 ms late"
+        yield Row.at_most(
+            f"{what} ({placed} of {count} placed)", 1e3 * max(errors), STEADY, unit=" mm"
+        )
+    for before, after in ((0.1, 0.3), (0.3, 0.1), (0.2, 0.0)):
+        # The change begins at many phases of a cycle.
+        errors = []
+        for phase in np.linspace(0.0, 1.2, 13):
+            changes = ((5.0 + float(phase), after, 0.2),)
+            cell = cell_of(before, 4, changes, drive_delay=0.01)
+            errors += cell.errors()
+            lowest = min(lowest, cell.lowest)
+        what = (
+            f"error at the grip, {before:g} to {after:g} m/s at 0.2 m/s^2, largest of {len(errors)}"
+        )
+        yield Row.at_most(what, 1e3 * max(errors), CHANGING, unit=" mm")
+    yield Row.at_most(
+        "below the parts, in all of these", 1e3 * max(LOW - lowest, 0.0), 0.1, unit=" mm"
+    )

@@ -1,0 +1,557 @@
+"""Picks parts from a belt and places them: belt and pictures in, transfers of ik_node out."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+from geometry_msgs.msg import Point
+from rclpy.action import ActionClient
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.time import Time
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+
+from tri_glide_interfaces.action import Pick, Transfer
+from tri_glide_interfaces.msg import (
+    MachineState,
+    Output,
+    PickState,
+    SeenParts,
+    StationState,
+    TransferStation,
+)
+from tri_glide_interfaces.msg import PartEvent as PartEventMessage
+from tri_glide_interfaces.srv import TeachPick
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import GoalCode
+from tri_glide_kinematics.motion.engine import Stop as Station
+from tri_glide_kinematics.motion.engine import Transfer as TransferCommand
+from tri_glide_kinematics.picking import (
+    GivingUp,
+    GripperOrder,
+    Lessons,
+    Machine,
+    Observed,
+    PartEvent,
+    PartOutcome,
+    Renewal,
+    Sighting,
+    TaughtBelt,
+)
+from tri_glide_kinematics.reason_log import ReasonLog
+from tri_glide_kinematics.ros.goal_sender import SentGoal
+from tri_glide_kinematics.ros.inputs import NODE_ENDS
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
+from tri_glide_kinematics.ros.loop import Cycle
+from tri_glide_kinematics.ros.messages import (
+    LATEST_OUTPUTS,
+    RefusedMessageError,
+    age_of,
+    has_stamp,
+    vector_of,
+)
+from tri_glide_kinematics.ros.outputs import LATCHED
+from tri_glide_kinematics.ros.serving import CALLS, ActionServer, GoalEnd, PatientServices
+from tri_glide_kinematics.settings import (
+    PICK_NODE,
+    Values,
+    cameras_of,
+    direction_of,
+    keep_taught,
+    picker_of,
+    replaced_camera,
+    taught_file_of,
+    way_times_of,
+    with_taught,
+)
+from tri_glide_kinematics.vectors import combined, plus
+from tri_glide_kinematics.wording import vector_text
+
+RELIABLE = QoSProfile(depth=10)
+
+# Period of looking what is to be done, and of telling what is known [s].
+PERIOD, TELLING_PERIOD = 0.005, 0.1
+
+# A run ends if the state of the machine is not told for so long [s].
+LONGEST_SILENCE = 2.0
+
+# States in which the machine takes commands; and those in which the platform rests: of a machine
+# that is disabled, where somebody has moved it.
+ACCEPTING = (MachineState.IDLE, MachineState.MOVING)
+RESTING = (MachineState.IDLE, MachineState.DISABLED)
+
+# Pictures that are kept to teach by, and how old those may be that teach a latency [s].
+MOST_VIEWS, SEEN_OF_LATE = 500, 2.0
+
+ENDS = {Pick.Result.SUCCEEDED: GoalEnd.SUCCEEDED, Pick.Result.CANCELED: GoalEnd.CANCELED}
+COUNTED = {
+    PartOutcome.PLACED: "placed",
+    PartOutcome.MISSED: "missed",
+    PartOutcome.LOST: "lost",
+    PartOutcome.PASSED: "passed",
+}
+
+
+class _View(NamedTuple):
+    """A picture with one part in it.
+
+    Attributes:
+        camera: its frame.
+        time: by its stamp, of time.monotonic() [s].
+        observed: the part, and the belt by that stamp.
+    """
+
+    camera: str
+    time: float
+    observed: Observed
+
+
+@dataclass(eq=False)
+class _Run:
+    """A goal of ``~/run``: it goes on until it has a code.
+
+    Attributes:
+        count: of parts that are to be placed; 0 for all.
+        before: counts of outcomes at its begin.
+    """
+
+    count: int
+    before: dict[str, int]
+    code: int | None = None
+    text: str = ""
+    is_cancelled: bool = False
+
+
+class PickNode(Node):
+    """Turns messages into calls of the picker, and what that wants into goals of ``ik_node``."""
+
+    def __init__(self) -> None:
+        """Declare the parameters and wait for a run.
+
+        Raises:
+            KinematicsError: if a parameter has a value that it cannot work with.
+        """
+        super().__init__("pick_node")
+        told = LiveParameters(self, PICK_NODE, _check).values
+        self._file = taught_file_of(told, self.get_namespace())
+        self._use(with_taught(told, self._file))
+        self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
+        self._counts = dict.fromkeys(COUNTED.values(), 0)
+        self._run = _Run(0, dict(self._counts), Pick.Result.STOPPED, "no run has begun")
+        self._machine: MachineState | None = None
+        self._heard_at = self._told_at = -math.inf
+        self._holds: bool | None = False if self._values["has_sensor"] else None
+        self._goal: SentGoal | None = None
+        self._transfer: TransferCommand | None = None
+        # Orders of the gripper that were given and are not told yet; those that were since.
+        self._ordered: deque[GripperOrder] = deque()
+        self._passed: list[GripperOrder] = []
+        self._lessons = Lessons()
+        self._views: deque[_View] = deque(maxlen=MOST_VIEWS)
+        self._reach_since: float | None = None
+        self._free_since = -math.inf
+        self._has_ended = False
+        self._transfers = ActionClient(self, Transfer, "ik_node/transfer")
+        self._stations = self.create_publisher(StationState, "station_state", RELIABLE)
+        self._events = self.create_publisher(PartEventMessage, "~/part_events", RELIABLE)
+        self._states = self.create_publisher(PickState, "~/pick_state", LATCHED)
+        belts = self.create_subscription(
+            JointState, "belt_states", self._on_belt, qos_profile_sensor_data
+        )
+        parts = self.create_subscription(SeenParts, "seen_parts", self._on_parts, RELIABLE)
+        self._began = self.get_clock().now().nanoseconds
+        outputs = self.create_subscription(Output, "outputs", self._on_output, LATEST_OUTPUTS)
+        self.create_subscription(MachineState, "ik_node/machine_state", self._on_machine, LATCHED)
+        if self._values["has_sensor"]:
+            self.create_subscription(Bool, "part_held", self._on_held, RELIABLE)
+        stop = self.create_service(Trigger, "~/stop", self._on_stop, qos_profile=CALLS)
+        self.create_service(TeachPick, "~/teach", self._on_teach, qos_profile=CALLS)
+        self._patient = PatientServices(self, lambda: True)
+        self._server = ActionServer(
+            self,
+            Pick,
+            "~/run",
+            self._patient,
+            begin=self._begin,
+            cancel=self._cancel,
+            end=lambda run: None if run.code is None else ENDS.get(run.code, GoalEnd.ABORTED),
+            result=lambda run: Pick.Result(code=run.code, text=run.text, **self._counted(run)),
+            feedback=lambda run: Pick.Feedback(**self._counted(run)),
+        )
+        self.cycle = Cycle(
+            (belts, parts, outputs, stop), PERIOD, self._cycle, may_end=self._may_end, end=self._end
+        )
+
+    def _use(self, values: Values) -> None:
+        """Pick by these ``values`` from now on.
+
+        Raises:
+            KinematicsError: if they do not fit together.
+        """
+        self._values = values
+        self._times = way_times_of(values)
+        self._cameras = cameras_of(values)
+        self._direction = direction_of(values)
+        self._picker = picker_of(values, self._times)
+
+    def _cycle(self) -> None:
+        now = time.monotonic()
+        goal, transfer = self._goal, self._transfer
+        if goal is not None and goal.result is not None and transfer is not None:
+            transfer.end(GoalCode(goal.result.code), goal.result.text)
+        self._carry_out(self._picker.step(now, self._machine_now(now)), now)
+        self._passed.clear()
+        for event in self._picker.events:
+            self._tell_event(event, now)
+        self._picker.events.clear()
+        self._look_at_run()
+        self._server.look()
+        self._server.answer()
+        self._server.publish()
+        self._patient.try_soon()
+        if now >= self._told_at + TELLING_PERIOD:
+            self._told_at = now
+            self._tell(now)
+            self._server.tell_progress()
+
+    def _machine_now(self, now: float) -> Machine:
+        """Return what the machine says of itself."""
+        told, goal = self._machine, self._goal
+        if told is None or now > self._heard_at + LONGEST_SILENCE:
+            return Machine((math.nan,) * 3, accepts=False)
+        arrivals: tuple[float, ...] = ()
+        if goal is not None and goal.feedback is not None and self._transfer is not None:
+            clock = self.get_clock()
+            arrivals = tuple(
+                -age_of(stamp, clock) if has_stamp(stamp) else math.inf
+                for stamp in goal.feedback.arrivals
+            )
+            self._learn(arrivals, now)
+        accepts = told.state in ACCEPTING
+        position = vector_of(told.position)
+        return Machine(position, accepts, told.stops, arrivals, tuple(self._passed), self._holds)
+
+    def _learn(self, arrivals: tuple[float, ...], now: float) -> None:
+        """Note how long the way to a part takes, once it is known."""
+        if self._reach_since is None or len(arrivals) < 2 or not math.isfinite(arrivals[0]):
+            return
+        transfer, since = self._transfer, max(self._reach_since, self._free_since)
+        assert transfer is not None
+        self._reach_since = None
+        grip = transfer.stops[0].after(now + arrivals[0] - transfer.seen).position
+        self._times.note(plus(grip, self._values["gripper_point"]), now + arrivals[0] - since)
+
+    def _carry_out(self, wanted: TransferCommand | Renewal | GivingUp | None, now: float) -> None:
+        """Do what the picker wants."""
+        if isinstance(wanted, Renewal):
+            message = StationState()
+            self._stamp(message.header, wanted.seen, now)
+            _write_motion(message, wanted.motion)
+            self._stations.publish(message)
+            self._picker.renewed(wanted)
+        elif isinstance(wanted, GivingUp):
+            if self._goal is not None:
+                self._goal.cancel()
+        elif wanted is not None:
+            if not self._transfers.server_is_ready():
+                wanted.end(GoalCode.SHUTDOWN, "ik_node does not offer transfers")
+                return
+            self._send(wanted, now)
+
+    def _send(self, transfer: TransferCommand, now: float) -> None:
+        """Send a ``transfer`` to ``ik_node``."""
+        goal = Transfer.Goal(
+            height=transfer.height,
+            tolerance=transfer.tolerance,
+            allowed=transfer.allowed,
+            lifts=transfer.lifts,
+        )
+        self._stamp(goal.header, transfer.seen, now)
+        self._free_since = now
+        if math.isfinite(transfer.leave_at):
+            goal.leave_at = self._stamp_of(transfer.leave_at, now)
+            self._free_since = max(now, transfer.leave_at)
+        for stop in transfer.stops:
+            station = TransferStation(dwell=stop.dwell)
+            _write_motion(station, stop)
+            for after, order in stop.outputs:
+                self._ordered.append(order)
+                station.output_times.append(after)
+                station.outputs.append(self._output(closes=order.closes))
+            goal.stations.append(station)
+        self._transfer, self._reach_since = transfer, now
+        self._goal = SentGoal(self._transfers, goal)
+
+    def _output(self, *, closes: bool) -> Output:
+        values = self._values
+        return Output(
+            name=values["gripper_output"], number=values["gripper_number"], value=float(closes)
+        )
+
+    def _stamp(self, header: Any, then: float, now: float) -> None:
+        header.frame_id = self._values["base_frame"]
+        header.stamp = self._stamp_of(then, now)
+
+    def _stamp_of(self, then: float, now: float) -> Any:
+        """Return the time of the node's clock at a ``then`` of time.monotonic() [s]."""
+        nanoseconds = self.get_clock().now().nanoseconds + round(1e9 * (then - now))
+        return Time(nanoseconds=max(nanoseconds, 1)).to_msg()
+
+    def _seen_at(self, stamp: Any, latency: float = 0.0) -> float:
+        """Return when a message was made, by time.monotonic() [s]."""
+        age = age_of(stamp, self.get_clock()) if has_stamp(stamp) else 0.0
+        return time.monotonic() - age - latency
+
+    def _on_belt(self, message: JointState) -> None:
+        name = self._values["belt_joint"]
+        if name not in message.name:
+            self._unusable.add(f"belt_states without the joint {name!r}")
+            return
+        index = message.name.index(name)
+        if index >= len(message.position) or not math.isfinite(message.position[index]):
+            self._unusable.add(f"belt_states without a position of {name!r} that is a number")
+            return
+        way = self._values["metres_per_count"] * message.position[index]
+        self._picker.report(self._seen_at(message.header.stamp), way)
+
+    def _on_parts(self, message: SeenParts) -> None:
+        camera = self._cameras.get(message.header.frame_id)
+        if camera is None:
+            names = " or ".join(map(repr, self._cameras))
+            frame = message.header.frame_id
+            self._unusable.add(f"parts seen in the frame {frame!r}, it must be {names}")
+            return
+        then = self._seen_at(message.header.stamp, camera.latency)
+        self._keep_view(message)
+        for part in message.parts:
+            seen = vector_of(part.position)
+            if not all(map(math.isfinite, (*seen, part.angle))):
+                self._unusable.add("a part was seen at a place that is no number")
+                continue
+            place = camera.place.place_of(seen)
+            name = message.header.frame_id
+            self._picker.see(Sighting(then, place, part.kind, part.id, part.angle, name))
+
+    def _keep_view(self, message: SeenParts) -> None:
+        """Keep a picture with one part, as that may be taught by."""
+        then = self._seen_at(message.header.stamp)
+        belt = self._picker.belt_at(then)
+        if belt is not None and len(message.parts) == 1:
+            each = self._values["metres_per_count"]
+            place = vector_of(message.parts[0].position)
+            observed = Observed(place, belt.position / each, belt.velocity / each)
+            self._views.append(_View(message.header.frame_id, then, observed))
+
+    def _on_output(self, message: Output) -> None:
+        values = self._values
+        if (message.name, message.number) != (values["gripper_output"], values["gripper_number"]):
+            return
+        closes = message.value != 0.0
+        for order in self._ordered:
+            if order.closes == closes:
+                self._ordered.remove(order)
+                self._passed.append(order)
+                return
+
+    def _on_machine(self, message: MachineState) -> None:
+        self._machine, self._heard_at = message, time.monotonic()
+
+    def _on_held(self, message: Bool) -> None:
+        self._holds = message.data
+
+    def _on_stop(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = True
+        response.message = "begins no other part" if self._picker.is_running else "no run goes on"
+        if self._run.code is None:
+            self._picker.finish("stopped by ~/stop")
+        return response
+
+    def _on_teach(
+        self, request: TeachPick.Request, response: TeachPick.Response
+    ) -> TeachPick.Response:
+        try:
+            changed, response.message = self._taught(request)
+            if changed:
+                self._use({**self._values, **changed})
+                keep_taught(self._values, self._file)
+            response.success = True
+        except (KinematicsError, OSError) as error:
+            response.message = str(error)
+        return response
+
+    def _taught(self, request: TeachPick.Request) -> tuple[dict[str, Any], str]:
+        """Return the parameters that one more lesson changes, and what is known now in words.
+
+        Raises:
+            KinematicsError: if it is not enough yet, does not fit, or cannot be just now.
+        """
+        values, lessons, what = self._values, self._lessons, request.what
+        if self._run.code is None:
+            raise RefusedMessageError("nothing is taught while a run goes on")
+        if what == "forget":
+            self._lessons = Lessons()
+            return {}, "all touches and views are forgotten; what is in use stays"
+        belt = TaughtBelt(self._direction, values["metres_per_count"], 0.0)
+        if what == "latency":
+            views = [view for view in self._views if view.time > time.monotonic() - SEEN_OF_LATE]
+            name = self._last_view(views).camera
+            observed = [view.observed for view in views if view.camera == name]
+            latency = lessons.latency(observed, belt)
+            camera = replace(self._cameras[name], latency=latency.latency)
+            text = f"latency of {name}: {latency.latency:.4f} s, within {latency.deviation:.4f} s"
+            return replaced_camera(values, name, camera), text
+        machine = self._machine
+        if machine is None or machine.state not in RESTING:
+            raise RefusedMessageError("the platform must rest, and its position be known")
+        platform = vector_of(machine.position)
+        if what == "gripper":
+            gripper = lessons.mark(vector_of(request.mark), platform)
+            text = f"point of the gripper: {vector_text(gripper.offset)} m from the platform's"
+            return {"gripper_point": gripper.offset}, _within(text, gripper.deviation)
+        now = self._picker.belt_at(time.monotonic())
+        if now is None:
+            raise RefusedMessageError("the position of the belt is not known")
+        point = plus(platform, values["gripper_point"])
+        touch = Observed(point, now.position / values["metres_per_count"])
+        if what == "belt":
+            belt = lessons.belt(touch)
+            changed = {
+                "belt_direction": belt.direction,
+                "metres_per_count": belt.metres_per_count,
+            }
+            text = (
+                f"direction of the belt: {vector_text(belt.direction)}; {belt.metres_per_count:g} m"
+            )
+            return changed, f"{text} for 1, within {1000.0 * belt.deviation:.2g} mm in a metre"
+        if what != "camera":
+            names = "gripper, belt, latency, camera or forget"
+            raise RefusedMessageError(f"what = {what!r} must be {names}")
+        view = self._last_view(self._views)
+        known = self._cameras[view.camera]
+        place = lessons.part(view.camera, view.observed, touch, belt, known.latency)
+        text = f"place of {view.camera}: {vector_text(place.position)} m"
+        changed = replaced_camera(values, view.camera, replace(known, place=place))
+        return changed, _within(text, place.deviation)
+
+    @staticmethod
+    def _last_view(views: Sequence[_View]) -> _View:
+        if not views:
+            raise RefusedMessageError("no picture with exactly one part was seen")
+        return views[-1]
+
+    def _begin(self, request: Pick.Goal) -> _Run:
+        before = dict(self._counts)
+        if self._has_ended:
+            return _Run(0, before, Pick.Result.SHUTDOWN, NODE_ENDS)
+        if self._run.code is None or self._picker.is_running:
+            return _Run(0, before, Pick.Result.REFUSED, "a run goes on already")
+        if not self._machine_now(time.monotonic()).accepts:
+            return _Run(0, before, Pick.Result.REFUSED, "the machine takes no commands")
+        try:
+            self._picker.run(is_emptied=request.is_emptied)
+        except KinematicsError as error:
+            return _Run(0, before, Pick.Result.REFUSED, str(error))
+        self._ordered.clear()
+        self._run = _Run(request.count, before)
+        return self._run
+
+    def _cancel(self, run: _Run) -> None:
+        run.is_cancelled = True
+        self._picker.finish("cancelled")
+
+    def _look_at_run(self) -> None:
+        """End the run that is over."""
+        run = self._run
+        if run.code is not None:
+            return
+        if run.count and self._counts["placed"] - run.before["placed"] >= run.count:
+            self._picker.finish(ALL_PLACED)
+        if self._picker.is_running:
+            return
+        text = self._picker.text
+        codes = {
+            ALL_PLACED: Pick.Result.SUCCEEDED,
+            "all places are full": Pick.Result.SUCCEEDED,
+            "cancelled": Pick.Result.CANCELED,
+            "stopped by ~/stop": Pick.Result.STOPPED,
+        }
+        run.code, run.text = codes.get(text, Pick.Result.FAILED), text
+
+    def _counted(self, run: _Run) -> dict[str, int]:
+        return {name: count - run.before[name] for name, count in self._counts.items()}
+
+    def _tell_event(self, event: PartEvent, now: float) -> None:
+        part = event.part
+        assert part.outcome is not None
+        self._counts[COUNTED[part.outcome]] += 1
+        message = PartEventMessage(
+            part=part.number,
+            kind=part.kind,
+            outcome=int(part.outcome),
+            text=part.text,
+            grip_error=event.error,
+        )
+        self._stamp(message.header, now, now)
+        if math.isfinite(event.gripped):
+            message.gripped = self._stamp_of(event.gripped, now)
+        if part.outcome is PartOutcome.PLACED:
+            message.placed = message.header.stamp
+        self._events.publish(message)
+        self.get_logger().info(f"part {part.number}: {part.text}")
+
+    def _tell(self, now: float) -> None:
+        """Tell what is done, and what is known."""
+        message = PickState(
+            running=self._picker.is_running, doing=self._picker.text, **self._counts
+        )
+        self._stamp(message.header, now, now)
+        belt = self._picker.belt_at(now)
+        if belt is not None:
+            message.belt_position, message.belt_velocity = belt.position, belt.velocity
+            for part in self._picker.parts_on_belt:
+                x, y, z = combined(1.0, part.position, belt.position, self._direction)
+                message.parts.append(part.number)
+                message.positions.append(Point(x=x, y=y, z=z))
+        self._states.publish(message)
+
+    def _may_end(self) -> bool:
+        """End the run; what is on its way to its place is placed."""
+        if not self._has_ended:
+            self._has_ended = True
+            self._picker.finish(NODE_ENDS)
+        return not self._picker.is_running
+
+    def _end(self) -> None:
+        if self._run.code is None:
+            self._run.code, self._run.text = Pick.Result.SHUTDOWN, NODE_ENDS
+        self._server.answer()
+        self._patient.end()
+
+
+ALL_PLACED = "all are placed"
+
+
+def _within(text: str, deviation: float) -> str:
+    return f"{text}, within {1000.0 * deviation:.2g} mm"
+
+
+def _check(values: Values) -> None:
+    cameras_of(values)
+    picker_of(values, way_times_of(values))
+
+
+def _write_motion(message: Any, motion: Station) -> None:
+    """Write a place, and how it moves, into a message."""
+    for vector, numbers in (
+        (message.position, motion.position),
+        (message.velocity, motion.velocity),
+        (message.acceleration, motion.acceleration),
+    ):
+        vector.x, vector.y, vector.z = numbers

@@ -1,0 +1,362 @@
+r"""Taught, not typed: belt, camera, latency and gripper, from a few touches and views.
+
+The order is gripper, belt, latency, camera: each is used by those after it. Whoever touches and
+picks with the same point of the gripper, and types no place in the frame of the machine, can leave
+its offset at zero: it is in all touches alike.
+
+All are least squares. A deviation is a standard deviation: by what the residuals are, and at least
+by the ``noise`` of one observation, as a few that agree by chance are not better than each can be.
+It grows with how near to each other the observations are. One that is too large is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tri_glide_kinematics.calibration.fit import rotation_by
+from tri_glide_kinematics.checks import SMALLEST, finite, finite_array, positive
+from tri_glide_kinematics.equal_numbers import first_largest
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.vectors import FloatArray, Vector3, three
+from tri_glide_kinematics.wording import number_text
+
+# Standard deviation of a touch, or of a part that is seen, along each axis [m].
+NOISE = 0.0002
+# What is farther than this from where the others say is of another mark or part [m].
+FARTHEST = 0.005
+# Marks, views and parts have to be spread at least so far [m], speeds of the belt so much [m/s].
+SPREAD = 0.01
+# A camera is mirrored if its parts fit so many times better that way.
+MIRROR_RATIO = 3.0
+
+
+class TeachingError(KinematicsError):
+    """Observations from which nothing can be taught.
+
+    Attributes:
+        value: the number that is wrong.
+        bound: that it breaks.
+    """
+
+    side = "at most"
+
+    def __init__(self, what: str, value: float, bound: float, unit: str = "") -> None:
+        """Store the ``value`` of ``what``, in words, and its ``bound``, both in a ``unit``."""
+        text = number_text(value, 3, 0.0)
+        super().__init__(f"{what}: {text}{unit}, {self.side} {bound:g}{unit}")
+        self.value = value
+        self.bound = bound
+
+    @classmethod
+    def check(cls, what: str, value: float, bound: float, unit: str = "") -> None:
+        """Raise this error if a ``value`` breaks its ``bound``, as NaN does."""
+        if not (value <= bound if cls.side == "at most" else value >= bound):
+            raise cls(what, value, bound, unit)
+
+
+class TooFewError(TeachingError):
+    """There are fewer observations than are needed."""
+
+    side = "at least"
+
+
+class TooNearError(TeachingError):
+    """Observations are too much alike: marks in one place, parts on one line, one speed."""
+
+    side = "at least"
+
+
+class NoFitError(TeachingError):
+    """An observation contradicts the others: another mark or part, or not by this belt."""
+
+
+class MirrorImageError(TeachingError):
+    """A camera tells places as a mirror shows them, so that no turn brings them to the machine."""
+
+
+class UncertainError(TeachingError):
+    """The deviation of a result is too large: it takes more observations, farther apart."""
+
+
+@dataclass(frozen=True)
+class Observed:
+    """A mark or part on the belt as it was touched, or seen.
+
+    Attributes:
+        position: of a touch: that of the gripper's point, which is the platform's plus the taught
+            offset [m]. Of a view: in the frame and unit of the camera; without depth, z is 0.
+        counts: of the belt's encoder, without wraps, at the touch, or at the stamp of the picture.
+        rate: of the counts then [1/s].
+    """
+
+    position: Vector3
+    counts: float
+    rate: float = 0.0
+
+
+@dataclass(frozen=True)
+class TaughtBelt:
+    """Where and how far the belt goes.
+
+    Attributes:
+        direction: in which the belt goes when the encoder counts upwards, a unit vector.
+        metres_per_count: above 0.
+        deviation: of the end of a way, along each axis, as part of the way: that of the direction
+            [rad], and of ``metres_per_count`` as part of it.
+    """
+
+    direction: Vector3
+    metres_per_count: float
+    deviation: float
+
+
+@dataclass(frozen=True)
+class TaughtLatency:
+    """How long before its stamp a picture was made.
+
+    Attributes:
+        latency: above 0 if the stamp is late [s].
+        deviation: [s].
+    """
+
+    latency: float
+    deviation: float
+
+
+@dataclass(frozen=True)
+class TaughtGripper:
+    """Where the gripper's point is.
+
+    Attributes:
+        offset: from the platform to the point; z is below 0 for one that is below [m].
+        deviation: along each axis [m].
+    """
+
+    offset: Vector3
+    deviation: float
+
+
+@dataclass(frozen=True)
+class TaughtCamera:
+    """The place of a camera in the frame of the machine.
+
+    Attributes:
+        position: of the origin of the camera's frame [m].
+        roll_pitch_yaw: turns about the fixed axes x, y, z, one after the other, as in URDF [rad].
+        scale: of a unit of the camera [m]: 1 for one that tells metres, and means them.
+        deviation: of a place that the camera tells, along the axis where it is largest, and at that
+            of the taught parts where it is largest [m].
+    """
+
+    position: Vector3
+    roll_pitch_yaw: Vector3
+    scale: float = 1.0
+    deviation: float = math.nan
+
+    def place_of(self, seen: Vector3) -> Vector3:
+        """Return the place in the frame of the machine [m] of a position ``seen`` by the camera."""
+        return three(self.position + self.scale * self.rotation @ seen)
+
+    @cached_property
+    def rotation(self) -> FloatArray:
+        """The axes of the camera in the frame of the machine, as columns. Shape (3, 3)."""
+        roll, pitch, yaw = np.diag(self.roll_pitch_yaw)
+        return rotation_by(yaw) @ rotation_by(pitch) @ rotation_by(roll)
+
+
+def teach_belt(
+    touches: Sequence[Observed], noise: float = NOISE, allowed: float = 0.003
+) -> TaughtBelt:
+    """Return the belt by two or more touches of one mark, between which the belt has run.
+
+    Args:
+        touches: of one mark.
+        noise: standard deviation of one touch along each axis [m].
+        allowed: the largest deviation.
+
+    Raises:
+        TooFewError: if there are fewer than two.
+        TooNearError: if the mark was in about the same place, or the counts are the same.
+        NoFitError: if one is not on the line of the others, or not where its counts say.
+        UncertainError: if the deviation is above ``allowed``.
+    """
+    ways, runs, _ = (v - v.mean(axis=0) for v in _observed("touches of a mark", touches, 2))
+    square = max(float(runs @ runs), SMALLEST)
+    per_count = runs @ ways / square
+    length = math.hypot(*per_count)
+    TooNearError.check("way between the touches", length * float(np.ptp(runs)), SPREAD, " m")
+    deviation = _noise("touch", ways - np.outer(runs, per_count), 6, noise)
+    deviation /= length * math.sqrt(square)
+    UncertainError.check("deviation of the belt as part of its way", deviation, allowed)
+    return TaughtBelt(three(per_count / length), length, deviation)
+
+
+def teach_latency(
+    views: Sequence[Observed], belt: TaughtBelt, noise: float = NOISE, allowed: float = 0.002
+) -> TaughtLatency:
+    r"""Return the latency of a camera by views of one part, at two or more speeds of the belt.
+
+    With the latency L, a part is seen at $c = a + d (s - L v)$, for the way s and velocity v of the
+    belt at the stamp: the place a and the way d in the camera for a metre of belt are fitted, too,
+    so the place of the camera need not be known.
+
+    Args:
+        views: of one part, which stays where it is on the belt, while that runs at constant speeds;
+            one of them may be 0, and it may run back.
+        belt: taught before.
+        noise: standard deviation of one view along the belt [m].
+        allowed: the largest deviation [s].
+
+    Raises:
+        TooFewError: if there are fewer than four views.
+        TooNearError: if all are at about the same place of the belt or at the same speed, or the
+            speed changes with the place alone.
+        NoFitError: if a view is far from where the others say.
+        UncertainError: if the deviation is above ``allowed``.
+    """
+    places, ways, speeds = (v - v.mean(axis=0) for v in _observed("views of a part", views, 4))
+    ways, speeds = belt.metres_per_count * ways, belt.metres_per_count * speeds
+    TooNearError.check("way of the belt between the views", float(np.ptp(ways)), SPREAD, " m")
+    square = float(ways @ ways)
+    # What goes with the place tells nothing of the latency.
+    slope = float(ways @ speeds) / square
+    changes = speeds - slope * ways
+    unlike = float(changes @ changes)
+    TooNearError.check("spread of the speeds at one place", changes.std(), SPREAD, " m/s")
+    per_speed = changes @ places / unlike
+    per_metre = ways @ places / square - slope * per_speed
+    along = per_metre / max(float(per_metre @ per_metre), SMALLEST)
+    latency = -float(per_speed @ along)
+    deviation = _noise("view", np.c_[places @ along - ways + latency * speeds], 3, noise)
+    # Where speed and place go together, or the latency is long, d is not sure either.
+    deviation *= math.sqrt((1.0 - latency * slope) ** 2 / unlike + latency**2 / square)
+    UncertainError.check("deviation of the latency", deviation, allowed, " s")
+    return TaughtLatency(latency, deviation)
+
+
+def teach_camera(
+    parts: Sequence[tuple[Observed, Observed]],
+    belt: TaughtBelt,
+    latency: float = 0.0,
+    noise: float = NOISE,
+    allowed: float = 0.001,
+) -> TaughtCamera:
+    """Return the place of a camera by four or more parts that it has seen and that were touched.
+
+    The unit of the camera is fitted, too: it may tell pixels, or metres for another height. Parts
+    in one plane do not tell a picture from its mirror image: it is one from below. Places in this
+    plane are right then, too.
+
+    Args:
+        parts: each as it was seen, and as it was touched, there or farther along the belt.
+        belt: taught before.
+        latency: of the camera, taught before; of no matter for parts seen while the belt rests [s].
+        noise: standard deviation of one part, seen and touched, along each axis [m].
+        allowed: the largest deviation [m].
+
+    Raises:
+        TooFewError: if there are fewer than four.
+        TooNearError: if they lie almost on one line.
+        MirrorImageError: if they fit a mirror image much better.
+        NoFitError: if one is far from where the others say.
+        UncertainError: if the deviation is above ``allowed``.
+    """
+    (places, counts, _), (seen, seen_counts, rates) = (
+        _observed("parts seen and touched", [part[side] for part in parts], 4) for side in (1, 0)
+    )
+    runs = seen_counts - finite("latency", latency) * rates - counts
+    places = places + np.outer(runs, belt.direction) * belt.metres_per_count
+    center, seen_center, count = places.mean(axis=0), seen.mean(axis=0), len(places)
+    ways, seen = places - center, seen - seen_center
+    across = np.linalg.svd(ways, compute_uv=False)[1] / math.sqrt(count)
+    TooNearError.check("spread of the parts beside one line", across, SPREAD, " m")
+    rotation, scale, residuals = _turned(seen, ways)
+    off, mirrored = (math.sqrt((r**2).mean()) for r in (residuals, _turned(-seen, ways)[2]))
+    most = MIRROR_RATIO * max(mirrored, noise)
+    MirrorImageError.check("distance without a mirror (turn one axis round)", off, most, " m")
+    deviation = _noise("part", residuals, 7, noise)
+    # How a place moves with a turn about each axis, as rows. Shape (n, 3, 3).
+    turns = np.cross(np.eye(3), ways[:, None])
+    by_turn = np.swapaxes(turns, 1, 2) @ np.linalg.inv((turns @ np.swapaxes(turns, 1, 2)).sum(0))
+    by_scale = ways[:, :, None] * ways[:, None] / float((ways**2).sum())
+    variance = np.linalg.eigvalsh(np.eye(3) / count + by_turn @ turns + by_scale).max()
+    deviation *= math.sqrt(variance)
+    UncertainError.check("deviation of a place by the camera", deviation, allowed, " m")
+    position = three(center - scale * rotation @ seen_center)
+    return TaughtCamera(position, _roll_pitch_yaw(rotation), scale, deviation)
+
+
+def teach_gripper(
+    touches: Sequence[tuple[Vector3, Vector3]], noise: float = NOISE, allowed: float = 0.0005
+) -> TaughtGripper:
+    """Return the offset of the gripper's point, by touches of marks at known places.
+
+    The platform does not turn, so no number of touches of a mark that is not known tells the
+    offset. One is known by a probe with a known point, or by the drawing of the frame.
+
+    Args:
+        touches: the place of a mark, and of the platform while the point touches it [m].
+        noise: standard deviation of one touch and of the place of its mark, along each axis [m].
+        allowed: the largest deviation [m].
+
+    Raises:
+        TooFewError: if there are none.
+        NoFitError: if one is far from where the others say.
+        UncertainError: if the deviation is above ``allowed``.
+    """
+    TooFewError.check("touches of marks", len(touches), 1)
+    marks, platforms = np.swapaxes(finite_array("touches", touches, (None, 2, 3)), 0, 1)
+    offset = (marks - platforms).mean(axis=0)
+    deviation = _noise("touch", marks - platforms - offset, 3, noise) / math.sqrt(len(marks))
+    UncertainError.check("deviation of the gripper's point", deviation, allowed, " m")
+    return TaughtGripper(three(offset), deviation)
+
+
+def _turned(seen: FloatArray, ways: FloatArray) -> tuple[FloatArray, float, FloatArray]:
+    """Return the turn and scale that bring ``seen`` to ``ways``, both centred; the residuals."""
+    # It loads scipy, which who has taught parameters needs not.
+    from tri_glide_kinematics.calibration.fit import placement
+
+    rotation = placement(seen, ways).rotation
+    turned = seen @ rotation.T
+    scale = float((turned * ways).sum()) / max(float((turned**2).sum()), SMALLEST)
+    return rotation, scale, ways - scale * turned
+
+
+def _roll_pitch_yaw(rotation: FloatArray) -> Vector3:
+    """Return the angles of a ``rotation``; roll fits the yaw also where both are about one axis."""
+    (xx, xy, xz), (yx, yy, yz), (zx, _, _) = rotation.tolist()
+    yaw = math.atan2(yx, xx)
+    sine, cosine = math.sin(yaw), math.cos(yaw)
+    roll = math.atan2(sine * xz - cosine * yz, cosine * yy - sine * xy)
+    return roll, math.atan2(-zx, math.hypot(xx, yx)), yaw
+
+
+def _observed(what: str, observations: Sequence[Observed], least: int) -> list[FloatArray]:
+    """Return positions (n, 3), counts (n,) and their rates (n,), checked."""
+    TooFewError.check(what, len(observations), least)
+    rows = [(*one.position, one.counts, one.rate) for one in observations]
+    numbers = finite_array(what, rows, (None, 5))
+    return [numbers[:, :3], numbers[:, 3], numbers[:, 4]]
+
+
+def _noise(what: str, residuals: FloatArray, unknowns: int, noise: float) -> float:
+    """Return the standard deviation of an observation along each axis [m]; none may be far off.
+
+    Args:
+        what: one observation is, in words.
+        residuals: Shape (n, k) [m].
+        unknowns: how many numbers were fitted.
+        noise: the least one [m].
+    """
+    distances = np.sqrt((residuals**2).sum(axis=1))
+    worst = first_largest(distances)
+    text = f"distance of {what} {worst + 1} from where the others say"
+    NoFitError.check(text, float(distances[worst]), FARTHEST, " m")
+    free = max(residuals.size - unknowns, 1)
+    return max(math.sqrt(float((residuals**2).sum()) / free), positive("noise", noise))

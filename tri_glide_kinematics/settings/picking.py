@@ -1,0 +1,207 @@
+"""Makes what picks parts from the values of parameters, and of what was taught. No ROS in here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from tri_glide_kinematics.files import file_of_machine, replace_file
+from tri_glide_kinematics.picking import (
+    BeltMotion,
+    CycleTimes,
+    Parts,
+    Picker,
+    PickOrder,
+    PickSettings,
+    Places,
+    TaughtCamera,
+    grid,
+)
+from tri_glide_kinematics.settings.tables import PICK_NODE, ParameterError, Values
+from tri_glide_kinematics.vectors import Vector3, minus, scaled
+
+# What of the parameters is taught.
+TAUGHT = ("belt_direction", "metres_per_count", "gripper_point")
+TAUGHT_OF_CAMERAS = ("camera_places", "camera_turns", "camera_scales", "camera_latencies")
+
+# The time of a way changes with its length to this power, from a stroke of this length on, and a
+# part of it does not change at all.
+STROKE, POWER, FIXED = 0.305, 0.5, 0.45
+
+# What a new time of a way counts in the mean of the factor by which ways are slower than foreseen.
+NEWEST = 0.2
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Where a camera is, and how late its stamps are.
+
+    Attributes:
+        place: of its frame.
+        latency: of its stamps [s].
+    """
+
+    place: TaughtCamera
+    latency: float
+
+
+class WayTimes:
+    """How long ways take, learnt from those that were driven."""
+
+    def __init__(self, place: Vector3, first: float, dwells: tuple[float, float]) -> None:
+        """Expect a ``first`` time for a usual stroke [s], from and to about one ``place`` [m]."""
+        self._place, self._time, self._dwells = place, first, dwells
+
+    def __call__(self, grip: Vector3, _velocity: float) -> CycleTimes:
+        """Return the times of the cycle of a part that is gripped at a place [m]."""
+        way = self._time * self._part(grip)
+        return CycleTimes(way, self._dwells[0] + way + self._dwells[1])
+
+    def note(self, grip: Vector3, taken: float) -> None:
+        """Take in how long a way was ``taken`` to a part [s]."""
+        self._time += NEWEST * (taken / self._part(grip) - self._time)
+
+    def _part(self, grip: Vector3) -> float:
+        stroke = math.dist(grip, self._place) / STROKE
+        return FIXED + (1.0 - FIXED) * float(stroke**POWER)
+
+
+def cameras_of(values: Values) -> dict[str, Camera]:
+    """Return the cameras by their frames.
+
+    Raises:
+        ParameterError: if there are not as many numbers as cameras need.
+    """
+    names = values["cameras"]
+    for name, each in zip(TAUGHT_OF_CAMERAS, (3, 3, 1, 1)):
+        if len(values[name]) != each * len(names):
+            raise ParameterError(
+                f"{name} has {len(values[name])} elements, expected {each * len(names)}: "
+                f"{each} for each of cameras"
+            )
+    return {
+        name: Camera(
+            TaughtCamera(
+                values["camera_places"][3 * index : 3 * index + 3],
+                values["camera_turns"][3 * index : 3 * index + 3],
+                values["camera_scales"][index],
+            ),
+            values["camera_latencies"][index],
+        )
+        for index, name in enumerate(names)
+    }
+
+
+def direction_of(values: Values) -> Vector3:
+    """Return the unit vector along which the belt runs.
+
+    Raises:
+        ParameterError: if it has no length.
+    """
+    direction = values["belt_direction"]
+    length = math.hypot(*direction)
+    if not length > 0.0:
+        raise ParameterError("belt_direction = (0, 0, 0) must have a length above 0")
+    return scaled(direction, 1.0 / length)
+
+
+def picker_of(values: Values, times: WayTimes) -> Picker:
+    """Return what picks.
+
+    Raises:
+        KinematicsError: if parameters do not fit together.
+    """
+    first, last = values["window"]
+    if not first < last:
+        raise ParameterError(f"window = ({first:g}, {last:g}) m must ascend")
+    if values["closing_time"] > values["part_dwell"]:
+        raise ParameterError(
+            f"closing_time = {values['closing_time']:g} s must be at most part_dwell, "
+            f"{values['part_dwell']:g} s"
+        )
+    if values["opening_time"] > values["place_dwell"]:
+        raise ParameterError(
+            f"opening_time = {values['opening_time']:g} s must be at most place_dwell, "
+            f"{values['place_dwell']:g} s"
+        )
+    direction, point = direction_of(values), values["gripper_point"]
+    belt = BeltMotion(values["belt_resolution"], values["belt_wrap"], values["belt_timeout"])
+    parts = Parts(direction, values["part_spacing"], values["view_noise"])
+    pitches = values["row_pitch"], values["column_pitch"]
+    positions = grid(values["first_place"], (values["rows"], values["columns"]), pitches)
+    waiting = minus(values["waiting_place"], point) if values["goes_to_wait"] else None
+    settings = PickSettings(
+        values["height"] - point[2],
+        values["tolerance"],
+        waiting,
+        point,
+        values["closing_time"],
+        values["opening_time"],
+        (values["part_dwell"], values["place_dwell"]),
+        values["sensing_time"],
+        values["allowed_error"],
+    )
+    is_fixed = values["is_never_full"] and len(positions) == 1
+    order = PickOrder(direction, lambda _: (first, last), times)
+    return Picker(belt, parts, order, Places(positions, is_fixed=is_fixed), settings)
+
+
+def way_times_of(values: Values) -> WayTimes:
+    """Return how long ways take at first."""
+    dwells = values["part_dwell"], values["place_dwell"]
+    return WayTimes(values["first_place"], values["cycle_time"], dwells)
+
+
+def taught_file_of(values: Values, namespace: str) -> Path:
+    """Return the file that keeps what was taught."""
+    return Path(values["taught_file"] or file_of_machine("taught", namespace))
+
+
+def with_taught(values: Values, file: Path) -> dict[str, Any]:
+    """Return ``values`` with those that a file keeps; without the file they are as they are.
+
+    Raises:
+        ParameterError: if the file holds something else.
+        KinematicsError: if a value is outside its bounds.
+    """
+    if not file.exists():
+        return dict(values)
+    table = {each.name: each for each in PICK_NODE}
+    try:
+        kept = yaml.safe_load(file.read_text())
+        names = {*TAUGHT, *TAUGHT_OF_CAMERAS}
+        taught = {name: table[name].checked(value) for name, value in kept.items() if name in names}
+    except (OSError, AttributeError, yaml.YAMLError) as error:
+        raise ParameterError(f"{file} keeps nothing that was taught: {error}") from error
+    return {**values, **taught}
+
+
+def keep_taught(values: Values, file: Path) -> None:
+    """Write what is taught of ``values`` to a ``file``."""
+    kept: dict[str, Any] = {}
+    for name in (*TAUGHT, *TAUGHT_OF_CAMERAS):
+        value = values[name]
+        kept[name] = list(value) if isinstance(value, Sequence) else value
+    file.parent.mkdir(parents=True, exist_ok=True)
+    replace_file(file, f"# What pick_node was taught.\n{yaml.safe_dump(kept)}")
+
+
+def replaced_camera(values: Values, name: str, camera: Camera) -> dict[str, Any]:
+    """Return ``values`` with another place, or latency, of a camera."""
+    index = values["cameras"].index(name)
+    changed = dict(values)
+    for key, numbers, each in (
+        ("camera_places", camera.place.position, 3),
+        ("camera_turns", camera.place.roll_pitch_yaw, 3),
+        ("camera_scales", (camera.place.scale,), 1),
+        ("camera_latencies", (camera.latency,), 1),
+    ):
+        before = list(values[key])
+        before[each * index : each * (index + 1)] = numbers
+        changed[key] = tuple(before)
+    return changed
