@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,7 @@ def cell_of(
     speed: float,
     count: int = COUNT,
     changes: tuple[tuple[float, float, float], ...] = (),
-    **how: float,
+    **how: Any,
 ) -> Cell:
     """Return a cell, run to its end, that picks from a belt at a ``speed`` [m/s]."""
     belt = SimulatedBelt((1.0, 0.0, 0.0), speed, changes)

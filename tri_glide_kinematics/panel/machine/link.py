@@ -27,7 +27,7 @@ from sensor_msgs.msg import Imu
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tri_glide_interfaces.msg import MachineState, MotionState
+from tri_glide_interfaces.msg import MachineState, MotionState, PickState
 from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.control import in_teach_mode
 from tri_glide_kinematics.motion.engine import GoalCode
@@ -516,6 +516,7 @@ class Feeds:
         late: what ``ik_node`` says about its cycles.
         outputs: that anybody has changed: when, by the sender, and to which value.
         swing: what an accelerometer tells.
+        picking: what a ``pick_node`` told last; None without one.
     """
 
     def __init__(
@@ -539,6 +540,8 @@ class Feeds:
         node.create_subscription(OutputMessage, "outputs", on_output, LATEST_OUTPUTS)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         node.create_subscription(MarkerArray, "markers", self._on_markers, LATCHED)
+        self.picking: PickState | None = None
+        node.create_subscription(PickState, "pick_node/pick_state", self._on_picking, LATCHED)
 
     @property
     def urgent(self) -> tuple[Any, ...]:
@@ -553,6 +556,9 @@ class Feeds:
 
     def _on_state(self, message: MachineState) -> None:
         self.status, self._status_at = MachineStatus(message), time.monotonic()
+
+    def _on_picking(self, message: PickState) -> None:
+        self.picking = message
 
     def _on_output(self, told: OutputMessage, info: dict[str, int]) -> None:
         key, stamp = (told.name, told.number), info["source_timestamp"]

@@ -31,6 +31,7 @@ from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
 from tri_glide_kinematics.panel.tabs.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.fault_curves import FaultCurves
 from tri_glide_kinematics.panel.tabs.machine_map import MachineMap
+from tri_glide_kinematics.panel.tabs.pick_view import PickView
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.workspace import edge_rings
 
@@ -266,6 +267,7 @@ class LiveView:
         self._edge: Row = ("edge", "", "")
         with tabs.add_tab("Numbers"):
             self._numbers = server.gui.add_html(note("no machine yet"))
+            self._picking = PickView(server)
             self._map = MachineMap(server, requests, measurements)
         self._curves_tab = tabs.add_tab("Curves")
         with self._curves_tab:
@@ -313,6 +315,7 @@ class LiveView:
                 for drawn, pose in machines:
                     drawn.show(pose)
         scene.show_target(feeds.target)
+        self._picking.draw(feeds.picking)
         is_idle = feeds.status.state is IDLE
         handle.follow(commanded.position if is_idle and commanded else feeds.target)
         self._draw_curves(facts, feeds.motion)
