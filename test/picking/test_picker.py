@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from tri_glide_kinematics.motion.engine import GoalCode, Transfer
+from tri_glide_kinematics.motion.engine import GoalCode, Stop, Transfer
 from tri_glide_kinematics.picking import (
     BeltMotion,
     CycleTimes,
@@ -39,31 +39,30 @@ TRAVEL, STEP = 0.3, 0.002
 
 
 class IdealMachine:
-    """Is at each stop when it is to be, and its motors are late by the lead."""
+    """Is at each stop when it is to be, one transfer after the other."""
 
     def __init__(self) -> None:
         self.machine = Machine((0.0, 0.0, 0.1))
-        self.transfer: Transfer | None = None
-        self.motion = self.begin = None
+        self.before = self.transfer = None
+        # Of the present transfer; of all: arrivals, stops, and as of when these are.
+        self.arrivals: list[float] = []
+        self.visits: list[tuple[float, Stop, float]] = []
         self.outputs: list[tuple[float, GripperOrder]] = []
 
     def take(self, task: Transfer | Renewal | GivingUp | None, now: float) -> None:
         if isinstance(task, Transfer):
-            if self.transfer is not None:
-                self.machine = self.machine._replace(position=self.transfer.stops[-1].position)
-            self.transfer, self.motion = task, Renewal(task.stops[0], task.seen)
-            task.lead = 0.06
-            self.begin = max(now + 0.05, task.leave_at)
-            for number, stop in enumerate(task.stops):
-                arrival = self.begin + self.arrival(number) + task.lead
-                self.outputs += [(arrival + after, told) for after, told in stop.outputs]
+            time = max(now + 0.05, task.leave_at, *self.arrivals[-1:])
+            self.before, self.transfer, self.arrivals = self.transfer, task, []
+            for stop in task.stops:
+                time += TRAVEL
+                self.arrivals.append(time)
+                self.visits.append((time, stop, task.seen))
+                self.outputs += [(time + after, told) for after, told in stop.outputs]
+                time += stop.dwell
         elif isinstance(task, Renewal):
-            self.motion = task
+            self.visits[-2] = (self.arrivals[0], *task)
         elif isinstance(task, GivingUp):
             self.end(GoalCode.CANCELED, task.reason)
-
-    def arrival(self, number: int) -> float:
-        return (number + 1) * TRAVEL + sum(stop.dwell for stop in self.transfer.stops[:number])
 
     def end(self, code: GoalCode, text: str) -> None:
         self.transfer.end(code, text)
@@ -72,19 +71,14 @@ class IdealMachine:
     def look(self, now: float) -> Machine:
         passed = [told for time, told in self.outputs if time <= now]
         self.outputs = [each for each in self.outputs if each[0] > now]
-        position, arrivals = self.machine.position, ()
-        transfer = self.transfer
-        if transfer is not None and transfer.outcome is None:
-            arrivals = tuple(
-                self.begin + self.arrival(number) - now for number in range(len(transfer.stops))
-            )
-            for number, stop in enumerate(transfer.stops):
-                late = now - transfer.lead - self.begin - self.arrival(number)
-                if 0.0 <= late <= stop.dwell + 3.0 * STEP:
-                    motion, seen = self.motion if number == 0 else (stop, now)
-                    position = motion.after(now - seen).position
-            if now - transfer.lead - self.begin > self.arrival(len(transfer.stops)) - TRAVEL + 0.02:
-                self.transfer.end(GoalCode.SUCCEEDED, "")
+        position = self.machine.position
+        for time, stop, seen in self.visits:
+            if time <= now:
+                position = stop.after(now - seen).position
+        goes_on = self.transfer is not None and self.transfer.outcome is None
+        if goes_on and now > self.arrivals[-1] + 0.05:
+            self.transfer.end(GoalCode.SUCCEEDED, "")
+        arrivals = tuple(time - now for time in self.arrivals) if goes_on else ()
         return self.machine._replace(position=position, arrivals=arrivals, passed=passed)
 
 
@@ -243,13 +237,13 @@ def test_after_a_jump_of_the_encoder_only_what_the_gripper_holds_is_known(time):
 def test_a_transfer_that_fails_costs_one_part_and_one_that_has_gone_up_with_its_part_goes_on():
     cell = started().run(lambda cell: cell.picker._cycles)
     cell.machine.end(GoalCode.REFUSED, "outside the workspace")
-    cell.run(lambda cell: cell.gripper.held)
-    cell.machine.end(GoalCode.NOT_REACHED, "it moves too fast")
-    cell.run(lambda cell: len(cell.picker.events) == 3)
-    assert cell.outcomes() == [PartOutcome.MISSED, PartOutcome.PLACED, PartOutcome.PLACED]
+    cell.run(lambda cell: len(cell.picker._cycles) == 2)
+    cell.machine.before.end(GoalCode.NOT_REACHED, "it moves too fast")
+    cell.run(lambda cell: len(cell.picker.events) == 2)
+    assert cell.outcomes() == [PartOutcome.PASSED, PartOutcome.PLACED]
     assert cell.picker.events[0].part.text == "outside the workspace"
-    cell.run(lambda cell: len(cell.gripper.grips) == 3)
-    cell.machine.end(GoalCode.NOT_REACHED, "it moves too fast")
+    cell.run(lambda cell: len(cell.picker._cycles) == 2)
+    cell.machine.before.end(GoalCode.NOT_REACHED, "it moves too fast")
     cell.run(lambda cell: len(cell.machine.transfer.stops) == 1)
     cell.machine.end(GoalCode.REFUSED, "too heavy")
     cell.run(has_ended)
@@ -261,5 +255,5 @@ def test_a_run_that_is_to_finish_places_what_it_has_begun():
     cell = started().run(lambda cell: cell.gripper.held)
     cell.picker.finish("enough")
     cell.run(has_ended)
-    assert cell.outcomes() == [PartOutcome.PLACED]
+    assert cell.outcomes() == [PartOutcome.PLACED] * 2
     assert cell.picker.text == "enough"

@@ -137,13 +137,14 @@ class PartEvent(NamedTuple):
 
 @dataclass
 class _Cycle:
-    """A part on its way; attributes as in ``PartEvent``, and whether a sensor has felt it."""
+    """A part on its way; attributes as in ``PartEvent``, whether it was felt, and its transfer."""
 
     part: Part
     place: Place
     error: float = math.nan
     gripped: float = math.inf
     was_held: bool = False
+    transfer: Transfer | None = None
 
 
 class Picker:
@@ -242,14 +243,17 @@ class Picker:
             self._end(now, reason)
         last = self._cycles[-1] if self._cycles else None
         is_free = self.is_running and len(self._cycles) < 2
+        if len(self._cycles) > 1 and _has_failed(self._cycles[0].transfer):
+            return self._turn_back()
         if self._given is not None:
             if last is not None and math.isinf(last.gripped):
                 return self._approach(now, machine, last)
-            arrival = machine.arrivals[-1] if last and machine.arrivals else math.inf
-            is_free &= arrival < PLANNED_BEFORE
+            arrival = machine.arrivals[-1] if machine.arrivals else math.inf
+            is_free &= arrival < PLANNED_BEFORE and not self._gives_up
             self._free_at = now + arrival + self._settings.dwells[1]
         elif self._carries_on and last is not None:
-            return self._transfer(now, self._release(last))
+            last.transfer = self._transfer(now, self._release(last))
+            return last.transfer
         elif self._ends and last is None and self.is_running:
             self._end(now, self._ends)
         if now < self._looked + (LOOKS_EACH if is_free else PASSES_EACH):
@@ -288,21 +292,28 @@ class Picker:
     def _obstacle(self, now: float, machine: Machine) -> str:
         """Return why the run has to end, if it has to; take in how a transfer has ended."""
         before, self._stops = self._stops, machine.stops
-        if not machine.accepts or before not in (None, machine.stops):
+        accepts = machine.accepts or self._gives_up
+        if not accepts or before not in (None, machine.stops):
             return "the machine was stopped, or takes no commands"
         outcome = None if self._given is None else self._given.outcome
         if outcome is None:
             return ""
-        self._given = None
-        goes_on, self._gives_up = self._gives_up or outcome.code is GoalCode.SUCCEEDED, False
+        given, self._given = self._given, None
+        if self._gives_up:
+            self._gives_up = False
+            return ""
         again, self._carries_on = self._carries_on, False
         last = self._cycles[-1] if self._cycles else None
-        if goes_on or (last is None and outcome.code in GOES_ON):
+        if outcome.code is GoalCode.SUCCEEDED:
             return ""
-        if again or last is None or outcome.code not in GOES_ON:
+        if again or not _has_failed(given):
             return outcome.text
+        if last is None:
+            return ""
         if math.isinf(last.gripped):
-            self._end_cycle(last, PartOutcome.MISSED, outcome.text, now)
+            is_refused = outcome.code is GoalCode.REFUSED
+            ended = PartOutcome.PASSED if is_refused else PartOutcome.MISSED
+            self._end_cycle(last, ended, outcome.text, now)
         else:
             # It has gone up with the part. From rest it may get to the place after all.
             self._carries_on = True
@@ -319,16 +330,24 @@ class Picker:
             self._end_cycle(cycle, cycle.part.outcome, cycle.part.text, now)
             self._gives_up = True
             return GivingUp(cycle.part.text)
-        told, given = self._told, self._given
-        if not (told and given and machine.arrivals) or now < told.seen + RENEWED_AFTER:
+        told = self._told
+        if told is None or not machine.arrivals or now < told.seen + RENEWED_AFTER:
             return None
-        grip = now + machine.arrivals[0] + self._settings.dwells[0] + given.lead
+        grip = now + machine.arrivals[0] + self._settings.dwells[0]
         if not now < grip < math.inf:
             return None
         there = minus(self._place_of(cycle.part, grip), self._settings.point)
         if math.dist(told.motion.after(grip - told.seen).position, there) < RENEWED_FROM:
             return None
         return Renewal(self._grip(cycle.part, now), now)
+
+    def _turn_back(self) -> GivingUp:
+        """Give the next part up for the time being, as the one before did not get to its place."""
+        cycle = self._cycles.pop()
+        self._places.give_back(cycle.place)
+        cycle.part.is_taken = False
+        self._gives_up = self._carries_on = True
+        return GivingUp("the part before is not placed yet")
 
     def _look(self, now: float, is_free: bool) -> Transfer | None:
         """Return the transfer of the part that is next, or to where the platform waits."""
@@ -353,7 +372,8 @@ class Picker:
             self._cycles.append(cycle)
             self._told = Renewal(self._grip(cycle.part, now), now)
             stops = self._told.motion, self._release(cycle)
-            return self._transfer(now, *stops, leave_at=max(pick.leave_at, free_at))
+            cycle.transfer = self._transfer(now, *stops, leave_at=max(pick.leave_at, free_at))
+            return cycle.transfer
         if parts or self._cycles or self._waits or waiting is None:
             return None
         self._waits = True
@@ -408,3 +428,9 @@ class Picker:
                 self._end_cycle(cycle, PartOutcome.LOST, f"{reason}, with it in the gripper", now)
         self._given, self._gives_up, self._carries_on = None, False, False
         self.is_running, self.text = False, reason
+
+
+def _has_failed(transfer: Transfer | None) -> bool:
+    """Return whether a transfer has ended on its way by itself."""
+    outcome = None if transfer is None else transfer.outcome
+    return outcome is not None and outcome.code in GOES_ON

@@ -621,7 +621,7 @@ class Transfer(Command):
         allowed: so far from a stop it may be when it arrives there [m].
         lifts: whether it goes up after the last stop. After one that moves it does so anyway.
         seen: the time of the positions of the stops, by the clock of the caller [s].
-        leave_at: when it leaves its start at the earliest, by that clock [s].
+        leave_at: when the platform leaves its start at the earliest, by that clock [s].
         lead: so much earlier than the place a setpoint has to be there [s].
         age: time from that of the positions to the present setpoint, as it begins [s].
         stays: how long it stays at its start at least, from the present setpoint on [s].
@@ -677,7 +677,7 @@ class Transfer(Command):
         """Work out how old the positions of the stops are, and how long it stays."""
         if not math.isnan(self.seen):
             self.age = present - self.seen
-        self.stays = max(self.leave_at - present, 0.0)
+        self.stays = max(self.leave_at - self.lead - present, 0.0)
 
     def begin(self, execution: Execution) -> None:
         """Ask for a plan from where the present motion comes to rest."""
