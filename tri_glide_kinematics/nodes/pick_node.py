@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +21,7 @@ from std_srvs.srv import Trigger
 from tri_glide_interfaces.action import Pick, Transfer
 from tri_glide_interfaces.msg import (
     MachineState,
+    MotionState,
     Output,
     PickState,
     SeenParts,
@@ -52,19 +54,20 @@ from tri_glide_kinematics.ros.messages import (
     has_stamp,
     vector_of,
 )
-from tri_glide_kinematics.ros.outputs import LATCHED
+from tri_glide_kinematics.ros.outputs import LATCHED, Motion, read_motion
 from tri_glide_kinematics.ros.serving import CALLS, ActionServer, GoalEnd, PatientServices
 from tri_glide_kinematics.settings import (
     PICK_NODE,
     Values,
     cameras_of,
     direction_of,
+    machine_of,
     picker_of,
     taught_file_of,
     way_times_of,
     with_taught,
 )
-from tri_glide_kinematics.vectors import combined, plus
+from tri_glide_kinematics.vectors import Vector3, combined, plus, three
 
 RELIABLE = QoSProfile(depth=10)
 
@@ -76,6 +79,8 @@ LONGEST_SILENCE = 2.0
 
 # States in which the machine takes commands.
 ACCEPTING = (MachineState.IDLE, MachineState.MOVING)
+
+UNKNOWN: Vector3 = (math.nan, math.nan, math.nan)
 
 ENDS = {Pick.Result.SUCCEEDED: GoalEnd.SUCCEEDED, Pick.Result.CANCELED: GoalEnd.CANCELED}
 COUNTED = {
@@ -118,7 +123,9 @@ class PickNode(Node):
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._counts = dict.fromkeys(COUNTED.values(), 0)
         self._run = _Run(0, dict(self._counts), Pick.Result.STOPPED, "no run has begun")
+        self._kinematics = machine_of(told)
         self._machine: MachineState | None = None
+        self._motion: Motion | None = None
         self._heard_at = self._told_at = -math.inf
         self._holds: bool | None = False if self._values["has_sensor"] else None
         self._goal: SentGoal | None = None
@@ -137,7 +144,9 @@ class PickNode(Node):
             JointState, "belt_states", self._on_belt, qos_profile_sensor_data
         )
         parts = self.create_subscription(SeenParts, "seen_parts", self._on_parts, RELIABLE)
-        self._began = self.get_clock().now().nanoseconds
+        motions = self.create_subscription(
+            MotionState, "ik_node/motion_state", self._on_motion, QoSProfile(depth=1), raw=True
+        )
         outputs = self.create_subscription(Output, "outputs", self._on_output, LATEST_OUTPUTS)
         self.create_subscription(MachineState, "ik_node/machine_state", self._on_machine, LATCHED)
         if self._values["has_sensor"]:
@@ -157,7 +166,11 @@ class PickNode(Node):
             feedback=lambda run: Pick.Feedback(**self._counted(run)),
         )
         self.cycle = Cycle(
-            (belts, parts, outputs, stop), PERIOD, self._cycle, may_end=self._may_end, end=self._end
+            (belts, parts, motions, outputs, stop),
+            PERIOD,
+            self._cycle,
+            may_end=self._may_end,
+            end=self._end,
         )
 
     def _use(self, values: Values) -> None:
@@ -175,8 +188,11 @@ class PickNode(Node):
     def _cycle(self) -> None:
         now = time.monotonic()
         goal, transfer = self._goal, self._transfer
-        if goal is not None and goal.result is not None and transfer is not None:
+        if transfer is not None and transfer.outcome is None and goal is not None and goal.result:
             transfer.end(GoalCode(goal.result.code), goal.result.text)
+            if goal.result.code != Transfer.Result.SUCCEEDED:
+                untold = {order for stop in transfer.stops for _, order in stop.outputs}
+                self._ordered = deque(each for each in self._ordered if each not in untold)
         self._carry_out(self._picker.step(now, self._machine_now(now)), now)
         self._passed.clear()
         for event in self._picker.events:
@@ -196,7 +212,7 @@ class PickNode(Node):
         """Return what the machine says of itself."""
         told, goal = self._machine, self._goal
         if told is None or now > self._heard_at + LONGEST_SILENCE:
-            return Machine((math.nan,) * 3, accepts=False)
+            return Machine(UNKNOWN, accepts=False)
         arrivals: tuple[float, ...] = ()
         if goal is not None and goal.feedback is not None and self._transfer is not None:
             clock = self.get_clock()
@@ -206,8 +222,22 @@ class PickNode(Node):
             )
             self._learn(arrivals, now)
         accepts = told.state in ACCEPTING
-        position = vector_of(told.position)
+        position = self._position()
         return Machine(position, accepts, told.stops, arrivals, tuple(self._passed), self._holds)
+
+    def _position(self) -> Vector3:
+        """Return where the setpoints lead the platform now, as late as its drives are [m].
+
+        NaN where that is not known.
+        """
+        motion = self._motion
+        if motion is None or motion.commanded is None:
+            return UNKNOWN
+        dt = 1e-9 * self.get_clock().now().nanoseconds - motion.stamp - self._values["drive_delay"]
+        heights = (h + (v + a * dt / 2.0) * dt for h, v, a in zip(*motion.commanded))
+        with suppress(KinematicsError):
+            return self._kinematics.forward(three(heights))
+        return UNKNOWN
 
     def _learn(self, arrivals: tuple[float, ...], now: float) -> None:
         """Note how long the way to a part takes, once it is known."""
@@ -223,7 +253,7 @@ class PickNode(Node):
         """Do what the picker wants."""
         if isinstance(wanted, Renewal):
             message = StationState()
-            self._stamp(message.header, wanted.seen, now)
+            self._stamp(message.header, wanted.seen)
             _write_motion(message, wanted.motion)
             self._stations.publish(message)
             self._picker.renewed(wanted)
@@ -244,10 +274,10 @@ class PickNode(Node):
             allowed=transfer.allowed,
             lifts=transfer.lifts,
         )
-        self._stamp(goal.header, transfer.seen, now)
+        self._stamp(goal.header, transfer.seen)
         self._free_since = now
         if math.isfinite(transfer.leave_at):
-            goal.leave_at = self._stamp_of(transfer.leave_at, now)
+            goal.leave_at = self._stamp_of(transfer.leave_at)
             self._free_since = max(now, transfer.leave_at)
         for stop in transfer.stops:
             station = TransferStation(dwell=stop.dwell)
@@ -266,19 +296,23 @@ class PickNode(Node):
             name=values["gripper_output"], number=values["gripper_number"], value=float(closes)
         )
 
-    def _stamp(self, header: Any, then: float, now: float) -> None:
+    def _stamp(self, header: Any, then: float) -> None:
         header.frame_id = self._values["base_frame"]
-        header.stamp = self._stamp_of(then, now)
+        header.stamp = self._stamp_of(then)
 
-    def _stamp_of(self, then: float, now: float) -> Any:
+    def _stamp_of(self, then: float) -> Any:
         """Return the time of the node's clock at a ``then`` of time.monotonic() [s]."""
-        nanoseconds = self.get_clock().now().nanoseconds + round(1e9 * (then - now))
+        after = then - time.monotonic()
+        nanoseconds = self.get_clock().now().nanoseconds + round(1e9 * after)
         return Time(nanoseconds=max(nanoseconds, 1)).to_msg()
 
     def _seen_at(self, stamp: Any, latency: float = 0.0) -> float:
         """Return when a message was made, by time.monotonic() [s]."""
         age = age_of(stamp, self.get_clock()) if has_stamp(stamp) else 0.0
         return time.monotonic() - age - latency
+
+    def _on_motion(self, data: bytes) -> None:
+        self._motion = read_motion(data)
 
     def _on_belt(self, message: JointState) -> None:
         name = self._values["belt_joint"]
@@ -389,9 +423,10 @@ class PickNode(Node):
             text=part.text,
             grip_error=event.error,
         )
-        self._stamp(message.header, now, now)
+        self._stamp(message.header, now)
+        message.seen = self._stamp_of(part.views[0].time)
         if math.isfinite(event.gripped):
-            message.gripped = self._stamp_of(event.gripped, now)
+            message.gripped = self._stamp_of(event.gripped)
         if part.outcome is PartOutcome.PLACED:
             message.placed = message.header.stamp
         self._events.publish(message)
@@ -400,9 +435,12 @@ class PickNode(Node):
     def _tell(self, now: float) -> None:
         """Tell what is done, and what is known."""
         message = PickState(
-            running=self._picker.is_running, doing=self._picker.text, **self._counts
+            running=self._picker.is_running,
+            doing=self._picker.text,
+            target=self._picker.target,
+            **self._counts,
         )
-        self._stamp(message.header, now, now)
+        self._stamp(message.header, now)
         belt = self._picker.belt_at(now)
         if belt is not None:
             message.belt_position, message.belt_velocity = belt.position, belt.velocity
@@ -430,6 +468,7 @@ ALL_PLACED = "all are placed"
 
 
 def _check(values: Values) -> None:
+    machine_of(values)
     cameras_of(values)
     picker_of(values, way_times_of(values))
 

@@ -202,6 +202,12 @@ class Picker:
             self._stops, self._ends = None, ""
 
     @property
+    def target(self) -> int:
+        """Number of the part that is to be gripped next; 0 for none."""
+        cycles = [cycle for cycle in self._cycles if math.isinf(cycle.gripped)]
+        return cycles[-1].part.number if cycles else 0
+
+    @property
     def parts_on_belt(self) -> list[Part]:
         """Parts without an outcome, in the frame of the belt."""
         return self._parts.on_belt()
