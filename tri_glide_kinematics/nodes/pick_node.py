@@ -50,8 +50,9 @@ from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.messages import (
     LATEST_OUTPUTS,
-    age_of,
+    ahead_of_steady,
     has_stamp,
+    steady_time,
     vector_of,
 )
 from tri_glide_kinematics.ros.outputs import LATCHED, Motion, read_motion
@@ -127,6 +128,8 @@ class PickNode(Node):
         self._machine: MachineState | None = None
         self._motion: Motion | None = None
         self._heard_at = self._told_at = -math.inf
+        # By how much the clock of this node is ahead of time.monotonic(), as of this cycle [s].
+        self._ahead = ahead_of_steady(self.get_clock())
         self._holds: bool | None = False if self._values["has_sensor"] else None
         self._goal: SentGoal | None = None
         self._transfer: TransferCommand | None = None
@@ -186,7 +189,7 @@ class PickNode(Node):
         self._picker = picker_of(values, self._times)
 
     def _cycle(self) -> None:
-        now = time.monotonic()
+        now, self._ahead = time.monotonic(), ahead_of_steady(self.get_clock())
         goal, transfer = self._goal, self._transfer
         if transfer is not None and transfer.outcome is None and goal is not None and goal.result:
             transfer.end(GoalCode(goal.result.code), goal.result.text)
@@ -215,17 +218,16 @@ class PickNode(Node):
             return Machine(UNKNOWN, accepts=False)
         arrivals: tuple[float, ...] = ()
         if goal is not None and goal.feedback is not None and self._transfer is not None:
-            clock = self.get_clock()
             arrivals = tuple(
-                -age_of(stamp, clock) if has_stamp(stamp) else math.inf
+                steady_time(stamp, self._ahead) - now if has_stamp(stamp) else math.inf
                 for stamp in goal.feedback.arrivals
             )
             self._learn(arrivals, now)
         accepts = told.state in ACCEPTING
-        position = self._position()
+        position = self._position(now)
         return Machine(position, accepts, told.stops, arrivals, tuple(self._passed), self._holds)
 
-    def _position(self) -> Vector3:
+    def _position(self, now: float) -> Vector3:
         """Return where the setpoints lead the platform now, as late as its drives are [m].
 
         NaN where that is not known.
@@ -233,7 +235,7 @@ class PickNode(Node):
         motion = self._motion
         if motion is None or motion.commanded is None:
             return UNKNOWN
-        dt = 1e-9 * self.get_clock().now().nanoseconds - motion.stamp - self._values["drive_delay"]
+        dt = now + self._ahead - motion.stamp - self._values["drive_delay"]
         heights = (h + (v + a * dt / 2.0) * dt for h, v, a in zip(*motion.commanded))
         with suppress(KinematicsError):
             return self._kinematics.forward(three(heights))
@@ -302,14 +304,12 @@ class PickNode(Node):
 
     def _stamp_of(self, then: float) -> Any:
         """Return the time of the node's clock at a ``then`` of time.monotonic() [s]."""
-        after = then - time.monotonic()
-        nanoseconds = self.get_clock().now().nanoseconds + round(1e9 * after)
-        return Time(nanoseconds=max(nanoseconds, 1)).to_msg()
+        return Time(nanoseconds=max(round(1e9 * (then + self._ahead)), 1)).to_msg()
 
     def _seen_at(self, stamp: Any, latency: float = 0.0) -> float:
         """Return when a message was made, by time.monotonic() [s]."""
-        age = age_of(stamp, self.get_clock()) if has_stamp(stamp) else 0.0
-        return time.monotonic() - age - latency
+        made = steady_time(stamp, self._ahead) if has_stamp(stamp) else time.monotonic()
+        return made - latency
 
     def _on_motion(self, data: bytes) -> None:
         self._motion = read_motion(data)
