@@ -1,11 +1,18 @@
 r"""How far linear moves are from time-optimal: random ones against a lower bound of their duration.
 
-No motion along a line can be faster than two bounds allow (docs/motion.md derives them):
+No motion along a line can be faster than two bounds allow:
 
-- each slider alone has to go its way, with a turn at the extreme height if it has one inside;
-- with $\Sigma = \int \max_i |h_i'| / V_i\, ds$, the fastest slider covers $\Sigma$ at a rate that
-  is at most $\rho(t)$ after the start and before the end, where $\rho$ is the largest part of its
-  velocity limit that any slider can have reached: $\Sigma \le 2 \int_0^{T/2} \rho\, dt$.
+- Each slider alone has to go its way. If its height is highest inside the line, it turns there:
+  twice the least time between rest and a turn, where the velocity is zero, the acceleration free.
+- With $\Sigma = \int \max_i |h_i'| / V_i\, ds$, the rate $\dot\Sigma = \max_i |\dot h_i| / V_i$ is
+  at most $\rho(t) = \max_i S_i(t) / V_i$, where $S_i(t)$ is the velocity that slider i can have $t$
+  after rest, and likewise at most $\rho(T - t)$. As $\rho$ is monotone,
+  $\Sigma \le 2 \int_0^{T/2} \rho\, dt$, which bounds $T$ from below.
+
+$S_i$ is the curve of jerk $J$, then acceleration $A$, then jerk $-J$ up to the velocity $V$: a
+motion that was faster at some time would have crossed it before, with an acceleration not less than
+that of the curve. But on the curve's last part $v + a^2 / 2J = V$, and more than this overshoots
+$V$ whatever follows. Neither bound looks at the bends of the heights.
 
 Run it as ``python -m benchmarks.linear_moves --moves 10000``; it exits with 1 if a requirement of
 the measurement is not met.

@@ -4,7 +4,7 @@ Motions of all kinds, with random limits, bounds and shapers, are stopped at ran
 law, for each of them: the braking begins in the cycle after the request, and the machine rests
 after at most twice the soonest stop that limits and bounds allow, or 0.2 s if that is more, plus
 the length of the shaper. No stop is sooner than that of each slider by itself; where forces are
-bounded, the bound at the end of docs/forces_and_speed.md counts, too.
+bounded, that of ``by_forces`` counts, too.
 
 Run it as ``python -m benchmarks.soak_stops --count 100000``; it exits with 1 after a violation.
 Each machine has a source of chance of its own: ``--seed S --machine N`` begins with the ``N``th.
@@ -221,7 +221,15 @@ def stopped(drive: RandomDrive, machine: int, kind: str, is_compared: bool = Fal
 
 
 def by_forces(bound: AddedBound, state: SliderState, limits: SliderLimits) -> float:
-    """Return the lower bound at the end of docs/forces_and_speed.md; 0 without force limits [s]."""
+    r"""Return a lower bound of a stop with forces; 0 without force limits [s].
+
+    With the mass matrix $M$, the kinetic energy $E = \tfrac12 \dot h^T M \dot h$ changes only by
+    what the forces do beside the weight: $\dot E = \dot h^T (F - G) - \text{friction}$. Let $R_i$
+    be the most that a slider can brake with: the larger of $F^{down}_i + G_i$ and $F^{up}_i - G_i$,
+    and its friction. Then, over all signs $s$ of the three and all places,
+    $-\dot E \le \max_s |M^{-1/2} (s R)| \sqrt{2 E}$, so
+    $T \ge \sqrt{2 E(0)} / \max_s |M^{-1/2} (s R)|$.
+    """
     if not isinstance(bound, ForceLimits):
         return 0.0
     forces, masses = bound.forces, bound.forces.masses
