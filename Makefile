@@ -81,9 +81,7 @@ soak: env ## millions of steps, long tests at random, nodes that die, attacks on
 		&& python -m benchmarks.soak_follow --seed $$SOAK_SEED \
 		&& python -m benchmarks.soak_controller --steps 1000000 --seed $$SOAK_SEED \
 		&& python -m benchmarks.soak_paths --count 10000 --seed $$SOAK_SEED \
-		&& python -m benchmarks.soak_sizing --seed $$SOAK_SEED \
-		&& python -m benchmarks.soak_goals --seed $$SOAK_SEED \
-		&& python -m benchmarks.soak_mechanisms --count 100 --seed $$SOAK_SEED && python -m benchmarks.soak_ends \
+		&& python -m benchmarks.soak_goals --seed $$SOAK_SEED && python -m benchmarks.soak_ends \
 		&& python -m benchmarks.soak_bytes && python -m benchmarks.soak_page --seed $$SOAK_SEED \
 		&& exec python -m benchmarks.soak_nodes
 

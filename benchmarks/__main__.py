@@ -1,7 +1,5 @@
 """``python -m benchmarks [names...]``: measure, and print one table."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time
@@ -21,7 +19,6 @@ FIGURES = (
     "services",
     "start",
     "transport",
-    "can",
     "drives",
 )
 TABLES = (

@@ -3,8 +3,6 @@
 ``python -m benchmarks.bare_nodes ROLE [RATE]`` runs one of them as a process.
 """
 
-from __future__ import annotations
-
 import sys
 from array import array
 from collections.abc import Callable

@@ -8,8 +8,6 @@ Nothing here is timed, so nothing depends on the computer.
 of all benchmarks has.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The control cycle: the work in its callback, and the processor time of each node that has one."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import tempfile

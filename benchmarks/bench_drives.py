@@ -5,8 +5,6 @@ three simulated drives, behind the other one is something that answers each SYNC
 reads a SYNC keeps when it came. python-can alone does not read the answers, or reads them all.
 """
 
-from __future__ import annotations
-
 import itertools
 import multiprocessing
 import time
@@ -17,15 +15,19 @@ import can
 import numpy as np
 from rclpy.action import ActionClient
 
-from benchmarks.bench_can import ANSWERS, BITRATE, COMMANDS, PERIOD, SYNC
 from benchmarks.bench_cycle import pin
 from benchmarks.harness import Figure, figure
 from benchmarks.machine import processor_time
 from benchmarks.ros_session import Session, session
 from testing.goals import SentGoal
 from tri_glide_interfaces.action import Home
-from tri_glide_kinematics.drives import Frame, SimulatedDrive, Terminals, cycle_frames
+from tri_glide_kinematics.drives import Command, Frame, SimulatedDrive, Terminals, cycle_frames
 
+PERIOD = 0.002  # s
+BITRATE = 1_000_000  # bit/s
+COMMANDS = [Command(node, 0x0F, 0x01020304) for node in (1, 2, 3)]
+ANSWERS: list[Frame] = [(0x180 + node, bytes(6)) for node in (1, 2, 3)]
+SYNC = 0x80
 WINDOWS = 12
 WINDOW_TIME = 2.0  # s
 PLACE = "/ours"

@@ -11,8 +11,6 @@ Nothing here is timed, so nothing depends on the computer.
 benchmarks has.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from itertools import product
 

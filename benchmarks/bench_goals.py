@@ -4,8 +4,6 @@ Paths of one segment, of many and of very many, as a CAM program writes them, ta
 nodes.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from array import array

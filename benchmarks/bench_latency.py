@@ -1,7 +1,5 @@
 """From a target to the first command that answers it, and from a command to the platform's pose."""
 
-from __future__ import annotations
-
 import random
 import statistics
 import time

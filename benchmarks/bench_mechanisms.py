@@ -1,7 +1,5 @@
 """The planar mechanisms: four-bar sweeps and all positions of an F-mechanism."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

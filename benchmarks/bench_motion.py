@@ -1,7 +1,5 @@
 """The motion engine: one step of each kind of motion, and the plan of a whole move."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 

@@ -11,8 +11,6 @@ compared with
   the workspace.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from time import thread_time

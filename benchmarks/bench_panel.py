@@ -1,7 +1,5 @@
 """The panel in a real browser: start, Stop, processor time, and what it costs the machine."""
 
-from __future__ import annotations
-
 import math
 import os
 import re

@@ -6,8 +6,6 @@ Run it as ``python -m benchmarks.bench_paths --count 100`` for more random paths
 all benchmarks has.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple

@@ -152,31 +152,31 @@ def _bound_of_group(begins: Indices, ends: Indices, numbers: Indices, reached: i
             break
         pace = (value - reached) / size / (1.0 + index / 100.0)
         prices = np.maximum(prices + pace * change, 0.0)
+    assert least >= reached, "more are placed than the bound allows"
     return least
 
 
 def _arcs(parts: Stream, step: float) -> tuple[Indices, Indices, Indices]:
     """Return first and last step of the possible cycles and the parts, in the order of starts."""
-    arcs = []
     stay = (WINDOW[1] - WINDOW[0]) / parts.speed
-    for number, (enters, side) in enumerate(zip(parts.times, parts.sides)):
-        edge = [enters - half_cycle(WINDOW[0], side, parts.speed)]
-        first = math.floor(edge[0] / step)
-        starts = np.maximum(step * np.arange(first, first + math.ceil(stay / step) + 2), edge)
-        grips = np.maximum(starts, enters)
-        for _ in range(30):
-            ways = WINDOW[0] + parts.speed * (grips - enters)
-            halves = half_cycle(ways, side, parts.speed)
-            grips = starts + halves
-        over = grips + halves + 2.0 * DWELL
-        assert np.all(np.diff(over) >= 0.0), "a later start leads to an earlier end"
-        fits = grips <= enters + stay + 1e-6
-        begins = first + np.arange(len(starts))
-        arcs.append((begins, np.floor(over / step).astype(int), np.full(len(starts), number), fits))
-    begins, ends, numbers, fits = (np.concatenate(column) for column in zip(*arcs))
-    order = np.flatnonzero(fits)[np.argsort(begins[fits], kind="stable")]
-    least = begins.min()
-    return begins[order] - least, ends[order] - least, numbers[order]
+    enters, sides = parts.times[:, None], parts.sides[:, None]
+    earliest = enters - half_cycle(WINDOW[0], sides, parts.speed)
+    latest = enters + stay - half_cycle(WINDOW[1], sides, parts.speed)
+    columns = np.arange(math.ceil(np.max(latest - earliest) / step) + 2)
+    begins = np.floor(earliest / step).astype(int) + columns
+    starts = np.maximum(step * begins, earliest)
+    grips = np.maximum(starts, enters)
+    for _ in range(30):
+        halves = half_cycle(WINDOW[0] + parts.speed * (grips - enters), sides, parts.speed)
+        grips = starts + halves
+    over = grips + halves + 2.0 * DWELL
+    assert np.all(np.diff(over) >= 0.0), "a later start leads to an earlier end"
+    numbers, columns = np.nonzero(grips <= enters + stay + 1e-6)
+    order = np.argsort(begins[numbers, columns], kind="stable")
+    numbers, columns = numbers[order], columns[order]
+    least = int(begins.min())
+    ends = np.floor(over / step).astype(int)
+    return begins[numbers, columns] - least, ends[numbers, columns] - least, numbers
 
 
 def _best_path(

@@ -1,7 +1,5 @@
 """A trace of a mechanism asked for by service, beside an empty service call."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator

@@ -12,8 +12,6 @@ A second table is of what is followed (``followed.py``). Nothing here is timed, 
 on the computer.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple

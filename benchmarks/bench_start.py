@@ -1,7 +1,5 @@
 """How long a node takes from the start of its process until it answers a service call."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from functools import partial

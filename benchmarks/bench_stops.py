@@ -6,8 +6,6 @@ workspace: only where it stays inside are the two compared. Limits and workspace
 each stop, by differences and by the forward kinematics.
 """
 
-from __future__ import annotations
-
 import gc
 import math
 from collections.abc import Callable, Iterator

@@ -3,8 +3,6 @@
 Each kind of command is compared with the same node while nothing is commanded, in turn.
 """
 
-from __future__ import annotations
-
 import math
 import random
 import time

@@ -3,8 +3,6 @@
 Nothing here is timed, so nothing depends on the computer.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

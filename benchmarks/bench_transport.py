@@ -5,8 +5,6 @@ JSON object: the median age of a command of ``ik_node`` when it is heard [s], an
 that ``ik_node`` and ``simulator_node`` take per second [s].
 """
 
-from __future__ import annotations
-
 import json
 import os
 import statistics

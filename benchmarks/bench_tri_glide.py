@@ -1,7 +1,5 @@
 """The kinematics of the tri-glide: one pose, and a million of them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numbers and flags that a benchmark or a soak is given on its command line."""
 
-from __future__ import annotations
-
 import argparse
 
 

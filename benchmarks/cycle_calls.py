@@ -6,8 +6,6 @@ each cycle, and unlike a time it is the same in each run and on each computer. W
 libraries do is not. It needs Python 3.11 or newer; from 3.12 on a comprehension is no call.
 """
 
-from __future__ import annotations
-
 import sys
 from collections import Counter
 from pathlib import Path

@@ -8,8 +8,6 @@ Run it as ``python -m benchmarks.digests``, before and after; ``--write`` keeps 
 short run in ``test/digests.json``, with which a test compares its own.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Jogs into the edge of the workspace: straight, inside, and to the edge."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Whole turns, from a second after the start. The ideal is the motion that is aske
 inverse kinematics. "Fast" is what is above 100 Hz, and above 90 Hz where messages come at 100 Hz.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """How everything grows: measured, printed and drawn into ``docs/images/``."""
 
-from __future__ import annotations
-
 import math
 import sys
 import time

@@ -4,8 +4,6 @@ Limits are compared with finite differences of the heights alone, as a drive see
 the forward kinematics.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from dataclasses import dataclass, field, replace

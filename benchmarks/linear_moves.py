@@ -11,8 +11,6 @@ Run it as ``python -m benchmarks.linear_moves --moves 10000``; it exits with 1 i
 the measurement is not met.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Which computer, versions and sources a run belongs to, and what processor time processes take."""
 
-from __future__ import annotations
-
 import os
 import platform
 import subprocess

@@ -7,8 +7,6 @@ closed loops are taken, and the equations of motion with the loops closed are so
 and their forces in ``test/dynamics/mujoco_forces.json``, with which a test compares.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from dataclasses import asdict

@@ -8,8 +8,6 @@ room, until one fails. The results are lines of a file in ``OUT``, whose mutants
 change are compared with the same mutants. It takes one core, and works in a copy, ``OUT/tree``.
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import itertools

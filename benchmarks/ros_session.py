@@ -1,7 +1,5 @@
 """A ROS domain of its own with processes in it, and a node that probes them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any

@@ -1,7 +1,5 @@
 """What soaks share: random actions, places, paths and shapers, one scenario after the other."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Sequence

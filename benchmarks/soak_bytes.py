@@ -4,8 +4,6 @@ Run it as ``python -m benchmarks.soak_bytes --count 1000000``; it exits with 1 i
 grown or answers no more, or if the machine moved, or does not move afterwards when it is told to.
 """
 
-from __future__ import annotations
-
 import sys
 from importlib.util import find_spec
 from tempfile import TemporaryDirectory

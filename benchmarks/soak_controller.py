@@ -13,8 +13,6 @@ Run it as ``python -m benchmarks.soak_controller --steps 1000000``; it exits wit
 violation.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable

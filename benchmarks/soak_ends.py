@@ -5,8 +5,6 @@ delay a control cycle by 20 ms more than the largest delay alone, if a machine f
 many starts of ``simulator_node`` and ``ik_node`` with their defaults ends in a fault.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 

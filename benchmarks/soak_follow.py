@@ -9,8 +9,6 @@ of the stroke more than it. With a shaper the speed of the target times the mean
 Run it as ``python -m benchmarks.soak_follow --count 300``; it exits with 1 where one goes farther.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable

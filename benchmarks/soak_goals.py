@@ -5,8 +5,6 @@ twice, or if one comes more than 20 ms after what ended its goal. For how long t
 still meanwhile is told.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import sys

@@ -10,8 +10,6 @@ After that come the 10,000 moves of ``linear_moves`` and the 10,000 jogs of ``ed
 Run it as ``python -m benchmarks.soak_motion --steps 5000000``; it exits with 1 after a violation.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Callable

@@ -5,8 +5,6 @@ broken, a target was not reached, an output was left on, or the memory of a proc
 than 1 MB after the first minute.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import sys

@@ -5,8 +5,6 @@ if one of these moved the machine, if ``panel_node`` ended or wrote a traceback,
 by more than its two lines a second.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import time

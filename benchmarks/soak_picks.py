@@ -16,6 +16,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import count
 from typing import NamedTuple
@@ -113,16 +114,16 @@ class Findings:
         use: largest parts of velocity, acceleration and jerk.
         errors: at the grips that were made, by what the belt did and whether views had noise [m].
         outcomes: how many there were of each.
-        stops: times to rest over what the law of stops allows.
         violations: what is wrong.
+        cycles: how many there were.
     """
 
     lowest: float = -math.inf
     use: FloatArray = field(default_factory=lambda: np.zeros(3))
     errors: dict[str, list[float]] = field(default_factory=dict)
     outcomes: Counter[str] = field(default_factory=Counter)
-    stops: list[float] = field(default_factory=list)
     violations: list[str] = field(default_factory=list)
+    cycles: int = 0
 
 
 class Asked(NamedTuple):
@@ -323,22 +324,22 @@ def machines(seed: int, first: int) -> Iterator[tuple[int, Picker]]:
             continue
 
 
-def soak(cycles: int, seed: int, first: int = 0) -> Findings:
+def soak(cycles: int, seed: int, first: int, findings: Findings) -> None:
     """Drive so many ``cycles``; what is wrong is printed as soon as it is known."""
-    findings = Findings()
-    done, begun = 0, time.monotonic()
+    begun = time.monotonic()
     for number, picker in machines(seed, first):
         for each in range(CYCLES):
-            if done == cycles:
-                return findings
+            if findings.cycles == cycles:
+                return
             told = len(findings.violations)
             picker.cycle(findings, f"machine {number}, cycle {each}")
             for text in findings.violations[told:]:
                 print("VIOLATION:", text, flush=True)
-            done += 1
-            if done % 100 == 0:
-                print(f"{done:>6} cycles, {time.monotonic() - begun:.0f} s", flush=True)
-    return findings
+            findings.cycles += 1
+            if findings.cycles % 100 == 0:
+                lowest = f"lowest {1e3 * findings.lowest:.6f} mm"
+                spent = f"{time.monotonic() - begun:.0f} s"
+                print(f"{findings.cycles:>6} cycles, {lowest}, {spent}", flush=True)
 
 
 def main() -> int:
@@ -354,7 +355,10 @@ def main() -> int:
         machine=(0, "number of the first"),
     )
     print(f"seed {options.seed}")
-    findings = soak(options.cycles, options.seed, options.machine)
+    findings = Findings()
+    with suppress(KeyboardInterrupt):
+        soak(options.cycles, options.seed, options.machine, findings)
+    print(f"{findings.cycles} cycles")
     print(f"lowest place below the pick height: {1e3 * findings.lowest:.6f} mm")
     print("largest parts of velocity, acceleration and jerk:", findings.use.round(7).tolist())
     for kind, errors in sorted(findings.errors.items()):

@@ -10,8 +10,6 @@ Run it as ``python -m benchmarks.soak_stops --count 100000``; it exits with 1 af
 Each machine has a source of chance of its own: ``--seed S --machine N`` begins with the ``N``th.
 """
 
-from __future__ import annotations
-
 import gc
 import math
 import multiprocessing

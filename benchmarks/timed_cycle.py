@@ -5,8 +5,6 @@ for each cycle: when its callback began and how long it took, both in nanosecond
 clock.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Calibrations of one wrong machine, for what is written and drawn of them."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from testing.wrong_machines import NOMINAL, WRONG_BY, drawn

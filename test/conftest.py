@@ -1,7 +1,5 @@
 """All tests: what is collected is left alone by the collector of garbage."""
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Generator
 

@@ -1,7 +1,5 @@
 """The documents, and what stands in them."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Iterator

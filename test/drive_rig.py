@@ -1,7 +1,5 @@
 """Simulated drives on a bus in virtual time, led by hand: by no code that is to be tested."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from testing.simulated_bus import SimulatedBus

@@ -145,3 +145,20 @@ def large_platform(ratio, scale=1.0):
         0.5,
         -0.7,
     )
+
+
+def random_large_platform(rng, ratio):
+    """Rods of about 1, and base and platform larger by ``ratio`` that nearly fit."""
+    base = ratio * rng.uniform(-1.0, 1.0, (3, 2))
+    shape = base if ratio > 3.0 else np.zeros((3, 2))
+    turn = rng.uniform(-math.pi, math.pi)
+    cosine, sine = math.cos(turn), math.sin(turn)
+    platform = (shape + rng.uniform(-1.0, 1.0, (3, 2))) @ [[cosine, sine], [-sine, cosine]]
+    return FMechanism(
+        base,
+        rng.uniform(0.1, 0.8, 3),
+        rng.uniform(0.5, 2.0, 3),
+        platform,
+        *rng.uniform(-math.pi, math.pi, 2),
+        counter_rotating=bool(rng.integers(2)),
+    )

@@ -4,8 +4,6 @@ All is as in the node but for the messages: controller, engine and supervision; 
 are those of a machine that follows.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from typing import NamedTuple
 

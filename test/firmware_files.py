@@ -3,8 +3,6 @@
 The numbers are written a second time, and each firmware's own formulas a second time, too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import cos, hypot, radians, sin, sqrt
@@ -137,6 +135,9 @@ TRIMMED = TRIMMED.replace(
     "  #define DELTA_DIAGONAL_ROD_TRIM_TOWER { \\\n    0.1, -0.25, 0.0 } /* (mm) */",
 ).replace("//#define FIX_MOUNTED_PROBE", "#define FIX_MOUNTED_PROBE")
 
+OVERRIDDEN = RepRap(
+    (215.0, 215.107, 214.95), 105.603, 250.104, (0.213, -0.402, 0.0), (0.121, -0.062, -0.059)
+)
 SAMPLES = {
     "kossel": Sample(
         "klipper",
@@ -249,24 +250,12 @@ SAMPLES = {
     "overridden": Sample(
         "reprap",
         {"config.g": f"{DUET}M501\n", "config-override.g": OVERRIDE},
-        RepRap(
-            (215.0, 215.107, 214.95),
-            105.603,
-            250.104,
-            (0.213, -0.402, 0.0),
-            (0.121, -0.062, -0.059),
-        ),
+        OVERRIDDEN,
     ),
     "override": Sample(
         "reprap",
         {"config-override.g": OVERRIDE.replace("\n", "\r\n")},
-        RepRap(
-            (215.0, 215.107, 214.95),
-            105.603,
-            250.104,
-            (0.213, -0.402, 0.0),
-            (0.121, -0.062, -0.059),
-        ),
+        OVERRIDDEN,
         {"velocity_limits": (1.0,) * 3, "acceleration_limits": (10.0,) * 3},
     ),
     "macro": Sample(

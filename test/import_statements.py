@@ -1,7 +1,5 @@
 """What a file imports, in functions as well."""
 
-from __future__ import annotations
-
 import ast
 import re
 from functools import cache

@@ -1,7 +1,5 @@
 """A ROS domain for tests that make their own nodes, without those of ``test/integration``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

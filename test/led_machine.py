@@ -3,8 +3,6 @@
 Time is that of its cycles. What it is told comes at once, and what it tells does, too.
 """
 
-from __future__ import annotations
-
 import random
 from concurrent.futures import Future
 

@@ -6,7 +6,7 @@ import f_mechanism_samples
 import numpy as np
 
 from tri_glide_interfaces.msg import CrankSweep, FMechanism, FourBar, LandingGear, Point2
-from tri_glide_kinematics.ros.mechanisms import check_numbers
+from tri_glide_kinematics.nodes.mechanism_node import check_numbers
 
 
 def turn():

@@ -1,7 +1,5 @@
 """Messages and services from the texts that ``ros2 topic pub`` and ``ros2 service call`` take."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any
 

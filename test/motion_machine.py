@@ -1,7 +1,5 @@
 """An engine for the default machine, and what its tests look at."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Callable

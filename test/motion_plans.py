@@ -1,7 +1,5 @@
 """Plans in slider space that tests look at."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import strategies as st
 from ruckig import InputParameter, Ruckig, Synchronization, Trajectory

@@ -1,7 +1,5 @@
 """Damage that files get: bytes that are lost, doubled, changed, moved; lines, too."""
 
-from __future__ import annotations
-
 import numpy as np
 
 # Bytes that mean something in many formats, and some that mean nothing in any.

@@ -1,7 +1,5 @@
 """What the policies of SROS 2 allow each node, and what the graph of ROS shows that it uses."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Iterable
 from pathlib import Path

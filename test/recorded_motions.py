@@ -1,7 +1,5 @@
 """Setpoints of an engine as a recording has them, with stamps that are late now and then."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 

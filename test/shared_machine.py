@@ -1,7 +1,5 @@
 """One machine for several tests that leave it as it was: to start one takes two seconds."""
 
-from __future__ import annotations
-
 import itertools
 import os
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Tests at random: short with fixed seeds in ``make test``, long with others in ``make soak``."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable, Sequence
 from itertools import product

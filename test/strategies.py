@@ -1,7 +1,5 @@
 """Machines, poses and workspaces that several tests use, at random and for hypothesis."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable
 

@@ -1,7 +1,5 @@
 """A computation that is interrupted gives what it gives at once."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What the package imports is what its manifests say that it needs."""
 
-from __future__ import annotations
-
 import ast
 import re
 import shutil

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from tri_glide_kinematics.reason_log import ReasonLog
 
 

@@ -1,7 +1,5 @@
 """Code outside a room imports from the room, not from its modules. No import leads in a circle."""
 
-from __future__ import annotations
-
 import ast
 import re
 from configparser import ConfigParser

@@ -1,7 +1,5 @@
 """Whether the soak of goals notices that a processor stands still."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Paths that tests of timing drive along, and a drive in windows."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

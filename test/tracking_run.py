@@ -1,7 +1,5 @@
 """A machine that follows something, as an engine would have it do."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

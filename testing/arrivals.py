@@ -4,8 +4,6 @@ A platform moves meanwhile: quietly, and beside two processes that only calculat
 the file has the time of its arrival less its nominal time [us]; -1 for one that was lost.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import sys
 import tempfile

@@ -3,8 +3,6 @@
 Run it as ``python -m testing.broken_ik_node``, with the arguments of the node.
 """
 
-from __future__ import annotations
-
 import signal
 import sys
 from typing import NoReturn

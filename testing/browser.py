@@ -1,7 +1,5 @@
 """Chromium without a window, driven over its DevTools protocol as a person would use it."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

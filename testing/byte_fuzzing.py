@@ -4,8 +4,6 @@ What they listen to is looked up in the graph of ROS: each topic, each service w
 parameters, the three services of each action, and the answers that they wait for as clients.
 """
 
-from __future__ import annotations
-
 import math
 import random
 import time

@@ -1,7 +1,5 @@
 """How often the truth lies inside the 95 % intervals that calibrations tell."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

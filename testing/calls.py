@@ -1,7 +1,5 @@
 """Which functions are called: work that is the same on each computer, unlike a time."""
 
-from __future__ import annotations
-
 import sys
 from collections import Counter
 from collections.abc import Callable

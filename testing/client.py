@@ -1,7 +1,5 @@
 """A node as a user would write it, with bounded waiting."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence

@@ -1,7 +1,5 @@
 """Commands of a machine with the default parameters, and whether they keep its limits."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

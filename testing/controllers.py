@@ -1,7 +1,5 @@
 """A controller as ``ik_node`` has it with the default parameters, but for what is to be quick."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from tri_glide_kinematics.control import (

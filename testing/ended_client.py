@@ -4,8 +4,6 @@ Arguments: namespace, and ``exit`` (as a crash would) or ``wait`` (to be killed)
 ``ik_node`` for a parameter, and says ``answered`` when it has the answer.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

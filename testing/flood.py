@@ -4,8 +4,6 @@ Arguments: namespace, kind of target, targets per second, their number. It takes
 computer.
 """
 
-from __future__ import annotations
-
 import math
 import random
 import sys

@@ -7,8 +7,6 @@ of the interpreter, as LTTng, a part of rcl, would end its threads there, which 
 Run it as ``python -m testing.fork_server FILE_DESCRIPTOR``.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import runpy
@@ -32,7 +30,7 @@ MODULES = (
     "tri_glide_kinematics.nodes.mechanism_node",
     "tri_glide_kinematics.nodes.simulator_node",
     "tri_glide_kinematics.settings.arguments",
-    "tri_glide_kinematics.ros.starting.realtime",
+    "tri_glide_kinematics.ros.starting.run",
     "tri_glide_kinematics.ros.starting.transport",
 )
 # Only where what they need is installed.

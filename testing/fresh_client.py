@@ -3,8 +3,6 @@
 It prepares itself, writes "ready", and joins the domain when it is told to by a line.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import time

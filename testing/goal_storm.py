@@ -4,8 +4,6 @@ Only one thing ends a goal at a time, so that it is known how it has to end: wha
 several topics and services may arrive in any order.
 """
 
-from __future__ import annotations
-
 import random
 import time
 from collections import Counter

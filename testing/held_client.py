@@ -5,8 +5,6 @@ velocities [m/s] of three numbers each. SIGUSR1 has it send the one and the othe
 has it cease, which it confirms.
 """
 
-from __future__ import annotations
-
 import signal
 import sys
 import time

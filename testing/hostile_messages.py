@@ -1,7 +1,5 @@
 """Random messages of every type that the nodes take, from plausible to absurd."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -8,8 +8,6 @@ figures tell whether it chatters:
 - the sign changes of the slider that has the most of them, of what is more than 1 % of its limit.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Masses at random, for tests and benchmarks."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tri_glide_kinematics.dynamics import Arm, Masses

@@ -1,7 +1,5 @@
 """Modes from many simulated swings: are they where the result says, and how near?"""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -8,8 +8,6 @@ counts along the axis. The report has a line of JSON for each event, in SI units
 ``time.monotonic``.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import dataclasses

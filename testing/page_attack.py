@@ -1,7 +1,5 @@
 """Connections to the panel's page as nobody's browser makes them: all is sent at once."""
 
-from __future__ import annotations
-
 import base64
 import math
 import os

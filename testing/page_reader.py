@@ -3,8 +3,6 @@
 Run it as ``python -m testing.page_reader ADDRESS``; it ends with the connection.
 """
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A machine, its panel and a browser that shows it, and what is needed to press its buttons."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

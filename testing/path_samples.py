@@ -1,7 +1,5 @@
 """Paths at random, and their distance from the path as programmed, found without its formulas."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """How long the pieces of a computation take that can be interrupted."""
 
-from __future__ import annotations
-
 import time
 from typing import TypeVar
 

@@ -1,7 +1,5 @@
 """Targets that go a straight way and end, and a plain causal follower to compare with."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tri_glide_kinematics.motion import SliderState

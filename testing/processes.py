@@ -1,7 +1,5 @@
 """Nodes as processes, with all that they have written."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import signal

@@ -1,7 +1,5 @@
 """Programs at random in each dialect of G-code, with what they mean, found without the reader."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple

@@ -4,8 +4,6 @@ rclpy sends bytes on topics of ROS only. The requests of a service are a topic, 
 not begin as those of ROS do: what makes it is called here as rcl does (rmw/rmw.h).
 """
 
-from __future__ import annotations
-
 import ctypes
 from typing import Any
 

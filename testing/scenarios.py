@@ -1,7 +1,5 @@
 """Rough treatment of a running machine, for as long as one likes."""
 
-from __future__ import annotations
-
 import random
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A bus of simulated drives in virtual time, in one process."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Sequence
 

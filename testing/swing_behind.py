@@ -3,8 +3,6 @@
 It knows neither shapers nor the simulated machine.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Decaying swings of known modes, as an encoder or an accelerometer would measure them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Messages are taken from a subscription without an executor, which costs little."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

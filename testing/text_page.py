@@ -1,7 +1,5 @@
 """A page of the panel without a browser: it knows the texts and controls, and draws nothing."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator

@@ -4,8 +4,6 @@
 clock, as one has where the C++ library knows no waiting by the steady clock.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 from pathlib import Path

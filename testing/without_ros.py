@@ -4,8 +4,6 @@ Tests mirror the rooms and modules of the package, and those are run; others are
 A file that imports ROS is left out; if anything else is missing, that is an error.
 """
 
-from __future__ import annotations
-
 import runpy
 from pathlib import Path
 from xml.etree import ElementTree

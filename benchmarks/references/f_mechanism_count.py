@@ -1,7 +1,5 @@
 """How many positions an F-mechanism has at a crank angle, counted in fractions without rounding."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

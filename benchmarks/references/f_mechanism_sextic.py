@@ -1,7 +1,5 @@
 """Platform angles of an F-mechanism as roots of a sextic, one ``numpy.roots`` per crank angle."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A four-bar sweep in numpy, written down straight from the textbook."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

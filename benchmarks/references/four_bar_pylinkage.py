@@ -1,7 +1,5 @@
 """The same four-bar in pylinkage, whose solver is compiled by numba."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -4,8 +4,6 @@ Its problem is linearised around a motion, so it is solved again around what com
 longer gets better. It keeps the limits at its stations only.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import copp_py

@@ -7,8 +7,6 @@ jerk limit with which the motion is possible. The time between two instants is c
 root of that part, until it is one. What comes out is the best that was found, not a proof.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 

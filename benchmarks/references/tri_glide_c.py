@@ -1,7 +1,5 @@
 """The C loops of ``tri_glide.c``, compiled with ``-O2`` when they are first needed."""
 
-from __future__ import annotations
-
 import ctypes
 import subprocess
 import tempfile

@@ -1,7 +1,5 @@
 """The closed form of the tri-glide as the shortest functions of plain floats, without checks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import sqrt
 

@@ -1,7 +1,5 @@
 """The command that drives a file: what it decides before anything moves."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

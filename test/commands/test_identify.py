@@ -1,7 +1,5 @@
 """The command identify: from verified moves, driven by simulated drives, to masses and friction."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The commands size, draw_machine and describe_machine: what they write, say and return."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """Rods of URDF and MJCF meet the platform; the files are evaluated as other programs do it."""
 
-from __future__ import annotations
-
 from math import cos, sin
 from xml.etree import ElementTree
 

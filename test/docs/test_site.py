@@ -1,7 +1,5 @@
 """What is known of the site without Sphinx: contents, reference, the check of its links."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from importlib import import_module

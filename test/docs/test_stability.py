@@ -1,7 +1,5 @@
 """What ``docs/stability.md`` promises is what the code has."""
 
-from __future__ import annotations
-
 import ast
 import re
 from importlib import import_module

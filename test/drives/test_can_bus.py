@@ -1,7 +1,5 @@
 """A bus by python-can and canopen, over real pseudo-terminals with simulated drives behind."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

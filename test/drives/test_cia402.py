@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from tri_glide_kinematics.drives import DriveState, bus_load, state_of

@@ -1,7 +1,5 @@
 """Three drives are led as one: what happens to one of them stops all, and nothing moves unasked."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 

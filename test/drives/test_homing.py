@@ -1,7 +1,5 @@
 """All three drives look for their switches together, and stop together where one fails."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

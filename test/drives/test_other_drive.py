@@ -1,7 +1,5 @@
 """The second simulated drive, which knows only the standards, as a master sees it on the wire."""
 
-from __future__ import annotations
-
 import json
 import struct
 import subprocess

@@ -1,7 +1,5 @@
 """What is set in the drives: read back, refused by name where it is wrong."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

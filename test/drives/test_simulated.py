@@ -1,7 +1,5 @@
 """A simulated drive does what CiA 301 and 402 say, and has faults where that is asked for."""
 
-from __future__ import annotations
-
 import itertools
 import random
 

@@ -1,7 +1,5 @@
 """Frames as lines of text: whole ones are read, however they come."""
 
-from __future__ import annotations
-
 import os
 import random
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Settings of firmwares: their own formulas, there and back, and damaged files."""
 
-from __future__ import annotations
-
 import random
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The geometry of Klipper, Marlin and RepRapFirmware: their own formulas, and there and back."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import fields, replace
 from pathlib import Path

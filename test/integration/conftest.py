@@ -1,7 +1,5 @@
 """A ROS domain of our own, the installed executables as processes, and a client node."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import os

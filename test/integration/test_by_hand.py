@@ -1,7 +1,5 @@
 """The panel by a page without a browser: work zero, a typed line, and outputs."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Iterator
 from contextlib import closing

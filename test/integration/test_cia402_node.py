@@ -1,7 +1,5 @@
 """cia402_node between ik_node and simulated drives, on a bus behind a pseudo-terminal."""
 
-from __future__ import annotations
-
 import math
 import re
 import signal

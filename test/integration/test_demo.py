@@ -1,7 +1,5 @@
 """The demonstrations as a user starts them."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The command that drives a file, as a user starts it."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -1,9 +1,8 @@
-"""What ends ik_node in motion ends it after a ramp, and no bytes end it at all."""
+"""What ends ik_node in motion ends it after a ramp."""
 
 import signal
 
 import pytest
-from nav_msgs.msg import Path
 
 from testing.commands import KINEMATICS, assert_within_limits
 from testing.machine import PATIENCE
@@ -62,20 +61,3 @@ def test_a_broken_planner_ends_it_with_an_error_at_the_end_of_the_held_plan(
     assert machine.ik.process.returncode == 1
     assert "RuntimeError: the planner is broken" in machine.ik.output
     assert machine.heights() == pytest.approx(KINEMATICS.inverse(FAR), abs=1e-5)
-
-
-def test_bytes_that_are_no_path_stop_nothing_in_motion(running_machine):
-    machine, client = running_machine, running_machine.client
-    client.set_parameters("ik_node", {"speed_scale": 0.2})
-    paths = client.publisher(Path, "target_path")
-    client.wait_for_subscribers(paths)
-    machine.get_going(FAR, 0.1)
-    for data in (b"\0\7\0\0", b"\0\1\0\0", b"\0\7\0\0\xff\xff\xff\xff", b"\xff" * 64):
-        text = "ends before its last pose" if data[:2] == b"\0\1" else f"encoding {data[:2].hex()}"
-        paths.publish(data)
-        client.wait_for(lambda text=text: text in machine.ik.output, f"a refusal of {data!r}", 15.0)
-    machine.wait_for_state("idle")
-    machine.catch_up()
-    assert machine.heights() == pytest.approx(KINEMATICS.inverse(FAR), abs=1e-5)
-    assert_within_limits(machine, speed_scale=0.2)
-    client.set_parameters("ik_node", {"speed_scale": 1.0})

@@ -51,24 +51,6 @@ def test_mathematics(script, expected):
         assert text in output
 
 
-def test_a_pose_is_sent_and_waited_for(running_machine):
-    machine, client = running_machine, running_machine.client
-    target = (0.05, 0.0, 0.28)
-    code, output = end_of(start("send_a_pose.py", *target, namespace=client.namespace))
-    assert code == 0, output
-    assert "target (0.05, 0, 0.28) m is reached" in output
-    machine.catch_up()
-    assert machine.heights() == pytest.approx(MACHINE.inverse(target), abs=1e-5)
-
-
-def test_a_pose_that_is_refused_says_why(running_machine):
-    client = running_machine.client
-    code, output = end_of(start("send_a_pose.py", 0.5, 0.0, 0.28, namespace=client.namespace))
-    assert code == 1
-    assert "refused a target pose" in output
-    assert "(0.5, 0, 0.28) m" in output
-
-
 def test_a_motion_is_recorded_and_drawn(running_machine, tmp_path):
     machine, client = running_machine, running_machine.client
     picture = tmp_path / "motion.png"
@@ -110,20 +92,6 @@ def test_a_joystick_jogs_while_its_button_is_held(running_machine):
     finally:
         jog.terminate()
         jog.wait(TIMEOUT)
-
-
-def test_a_part_on_a_conveyor_is_followed_to_its_end(running_machine):
-    machine, client = running_machine, running_machine.client
-    code, output = end_of(start("follow_a_conveyor.py", namespace=client.namespace))
-    assert code == 0, output
-    client.wait_for(lambda: "tracking" in machine.states_since(0), "the state of tracking")
-    machine.wait_for_state("idle")
-    assert machine.reason == "at rest: no target for 0.5 s"
-    machine.catch_up()
-    x, y, z = MACHINE.forward(machine.heights())
-    # It goes on with the part until the timeout.
-    assert 0.06 < x < 0.10
-    assert (y, z) == pytest.approx((0.02, 0.28), abs=5e-4)
 
 
 def test_a_path_is_followed_with_a_rest_on_the_way(running_machine):

@@ -3,14 +3,12 @@
 What ends or refuses a search, and when, test/calibration/session/test_led_searches.py shows.
 """
 
-from __future__ import annotations
-
 import signal
 from pathlib import Path
 
 import pytest
 import yaml
-from geometry_msgs.msg import Point, Vector3
+from geometry_msgs.msg import Vector3
 from shared_machine import shared_nodes
 
 from testing.client import Client
@@ -80,16 +78,6 @@ class Searching:
     def find(self, **fields):
         return self.answer(self.ask(**fields))
 
-    def refused(self, **fields):
-        """Return why a search is refused; nothing may have moved."""
-        self.machine.catch_up()
-        first, heights = len(self.machine.commands), self.machine.heights()
-        answer = self.find(**fields)
-        self.machine.catch_up()
-        assert not answer.success
-        assert {self.machine.heights(each) for each in self.machine.commands[first:]} == {heights}
-        return answer.message
-
 
 @pytest.fixture(scope="class")
 def shared_searching(ros_domain, ros_context, tmp_path_factory):
@@ -116,6 +104,8 @@ class TestOneMachine:
 
     def test_the_modes_are_those_of_the_simulated_machine(self, started):
         first = len(started.machine.commands)
+        for fields in ({"recordings": "../x"}, {"parameter_file": "/etc/passwd"}):
+            assert "is no file in the folder" in started.find(**fields).message
         answer = started.find(
             directions=ALONG_X,
             recordings="swing",
@@ -147,18 +137,6 @@ class TestOneMachine:
         assert values["shaper"] == "zvd"
         assert values["mode_frequencies"] == pytest.approx(list(answer.frequencies), abs=1e-5)
 
-    def test_requests_without_a_meaning_are_refused(self, started):
-        for fields, words in (
-            ({"length": 1.0}, "length = 1 m must be from 0.001 to 0.5"),
-            ({"place": [Point(), Point()]}, "2 places"),
-            ({"place": [Point(z=0.3)], "length": 0.5}, "outside the workspace at (0."),
-            ({"source": 7}, "source = 7"),
-            ({"recordings": "../x"}, "is no file in the folder"),
-            ({"parameter_file": "/etc/passwd"}, "is no file in the folder"),
-        ):
-            assert words in started.refused(**fields)
-        assert "internal error" not in started.node.output
-
     def test_ctrl_c_of_the_command_stops_the_machine(self, started):
         command = started.command()
         command.exit_codes = (130,)
@@ -186,16 +164,17 @@ def test_the_command_reads_the_recordings_of_which_it_is_told(client, nodes, tmp
     asked = []
 
     def answer(request, response):
-        asked.append(request.recordings)
+        asked.append((request.recordings, request.source))
         response.files = [str(EXAMPLE)]
         return response
 
     client.node.create_service(FindModes, "calibration_node/find_modes", answer)
     modes = tmp_path / "modes.yaml"
-    command = nodes.start_module(COMMAND, ["--machine", "--write", str(modes)], "ringdown", {})
+    options = ["--machine", "--heights", "--write", str(modes)]
+    command = nodes.start_module(COMMAND, options, "ringdown", {})
     client.wait_for(lambda: not command.is_running, "the end of the command")
     assert command.process.returncode == 0, command.output
-    assert asked == ["swing"]
+    assert asked == [("swing", FindModes.Request.MEASURED_HEIGHTS)]
     assert "Mode 2: frequency 23.9" in command.output
     values = yaml.safe_load(modes.read_text())["ik_node"]["ros__parameters"]
     assert len(values["mode_frequencies"]) == 2

@@ -1,7 +1,5 @@
 """Nodes of the tests are forks: they do, say and return what the installed executables do."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 from pathlib import Path

@@ -106,7 +106,7 @@ CHECKS = {
 }
 
 
-# test/ros/mechanisms/ has all that is refused; here are one for each service, and what is large.
+# test/nodes/mechanisms/ has all that is refused; here are one for each service, and what is large.
 BAD = [
     ("solve_four_bar", SolveFourBar.Request(), "crank = 0 m must be greater than 0"),
     (

@@ -1,7 +1,5 @@
 """Who may drive by the page: connections of others move nothing, however early they send."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """The panel in a real browser: what is drawn, and what the controls do on the real topics."""
 
-from __future__ import annotations
-
 import json
 import re
 import signal
@@ -411,14 +409,8 @@ def test_the_handle_sends_a_target_when_it_is_released(panel: Panel, page: Page)
     panel.wait_until_at((0.02, 0.01, 0.26))
 
 
-def test_sharing_is_refused(panel: Panel, page: Page) -> None:
-    assert page.evaluate("!document.body.innerText.includes('Share')")
-    page.evaluate("window.__viserMutable.sendMessage({type: 'ShareUrlRequest'})")
-    panel.client.wait_for(lambda: "refused to share" in panel.node.output, "a refusal")
-    assert "Share URL requested" not in panel.node.output
-
-
 def test_nothing_is_asked_of_other_hosts(panel: Panel, page: Page) -> None:
+    assert page.evaluate("!document.body.innerText.includes('Share')")
     addresses = page.requests()
     assert panel.origin.replace("http", "ws", 1) in {a.rstrip("/") for a in addresses}
     here = urlsplit(panel.address).netloc
@@ -722,7 +714,7 @@ def test_a_page_that_is_opened_anew_in_its_tab_can_take_the_controls(
 PIXELS = "!!window.__viserMutable?.nodeRefFromName?.['/program']"
 
 
-def test_a_program_is_uploaded_seen_and_run(panel: Panel, page: Page, tmp_path: Path) -> None:
+def test_a_program_is_uploaded_and_seen(panel: Panel, page: Page, tmp_path: Path) -> None:
     page.click(tab("Program"))
 
     def upload(name: str, end: int) -> None:
@@ -737,11 +729,6 @@ def test_a_program_is_uploaded_seen_and_run(panel: Panel, page: Page, tmp_path: 
     upload("square.ngc", 60)
     wait_for_text("-20 to 60 mm")
     page.wait_for(PIXELS, "the path", spin=panel.spin)
-    page.click(button("run"))
-    wait_for_text("running: line 4 of 5")
-    page.click(button("stop"))
-    wait_for_text("ended: line 4 of 5")
-    assert page.evaluate(f"{field('From line')}.value") == "4"
     # A file that is called like the choice of none ends no page.
     upload(NO_FILE, 70)
     wait_for_text("no file can be called")

@@ -1,7 +1,5 @@
 """The command behind make panel: all nodes, patient ones, and none of them is left."""
 
-from __future__ import annotations
-
 import os
 import re
 import signal

@@ -3,8 +3,6 @@
 What takes a browser is in ``test_panel.py``: what is drawn, and what a page does by itself.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import signal

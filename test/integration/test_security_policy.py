@@ -3,8 +3,6 @@
 They are not enforced here: Fast DDS as it comes in wheels has no DDS-Security.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

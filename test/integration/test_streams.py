@@ -120,28 +120,6 @@ def test_poses_at_a_rate_are_followed_and_the_last_one_is_reached(running_machin
     assert client.set_parameters("ik_node", {"follow_poses": False}).successful
 
 
-@pytest.mark.parametrize(
-    ("position", "age", "reason"),
-    [
-        ((0.0, 0.0, HEIGHT), 3.0, "behind the clock of this node"),
-        ((0.0, math.nan, HEIGHT), 0.0, "position.y = nan"),
-        ((0.9, 0.0, HEIGHT), 0.0, "refused a target state"),
-    ],
-)
-def test_a_state_without_a_meaning_is_refused_and_nothing_moves(
-    running_machine, position, age, reason
-):
-    machine, client = running_machine, running_machine.client
-    stamp = client.now() - int(1e9 * age)
-
-    def refused():
-        client.send_state(position, stamp=stamp)
-        return reason in machine.ik.output
-
-    client.wait_for(refused, "the refusal")
-    assert machine.state == "idle"
-
-
 def test_two_senders_are_told_of(running_machine, ros_context):
     machine, client = running_machine, running_machine.client
     reports = client.record(DiagnosticArray, "/diagnostics")

@@ -1,7 +1,5 @@
 """The transports as the system sees them: sockets and shared memory of real processes."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket

@@ -1,7 +1,5 @@
 """The tutorials, followed to the letter: commands are run, and what they print is compared."""
 
-from __future__ import annotations
-
 import math
 import os
 import re

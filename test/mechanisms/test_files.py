@@ -55,6 +55,11 @@ def test_landing_gear():
 
 
 FOUR_BAR = "{crank: 2, coupler: 7, rocker: 9, ground: 6"
+BASE = "base: [[0, 0], [1, 0], [1, 1]]"
+WHOLE = f"f_mechanism: {{{BASE}, platform: [[0, 0], [1, 0], [1, 1]]"
+WHOLE += ", crank_lengths: [1, 1, 1], rod_lengths: [1, 1, 1]"
+GEAR = "landing_gear: {l1: 1, l2: 1, l3: 1, l4: 1, gear_mass: 1, wheel_mass: 1"
+GEAR += ", wheel_axial_inertia: 1, wheel_transverse_inertia: 1, gear_inertia"
 
 
 @pytest.mark.parametrize(
@@ -93,56 +98,25 @@ def test_optional_keys_of_a_four_bar(tmp_path, keys, expected):
         (f"four_bar: {{crank: 1{'0' * 400}}}", "four_bar.crank", "must be a finite number"),
         ("four_bar: {crank:}", "four_bar.crank", "is missing"),
         (f"four_bar: {FOUR_BAR}, crank_pivot: 0}}", "four_bar.crank_pivot", "must be a list of 2"),
-        (
-            f"four_bar: {FOUR_BAR}, coupler_point: [0, x]}}",
-            "four_bar.coupler_point[1]",
-            "is 'x', must be a finite number",
-        ),
+        (f"four_bar: {FOUR_BAR}, coupler_point: [0, x]}}", "four_bar.coupler_point[1]", "is 'x', "),
         ("four_bar: {crank_pin: [0, 1]}", "four_bar.crank_pivot", "is missing"),
-        (
-            "four_bar: {crank: 0, coupler: 7, rocker: 9, ground: 6}",
-            "four_bar",
-            "crank = 0 m must be greater than 0 m",
-        ),
-        (
-            "four_bar: {crank: .nan, coupler: 7, rocker: 9, ground: 6}",
-            "four_bar.crank",
-            "is nan, must be a finite number",
-        ),
+        ("four_bar: {crank: 0, coupler: 7, rocker: 9, ground: 6}", "four_bar", "crank = 0 m must"),
+        ("four_bar: {crank: .nan}", "four_bar.crank", "is nan, must be a finite number"),
         (
             "four_bar: {crank: 20, coupler: 7, rocker: 5, ground: 6}",
             "four_bar",
-            "crank = 20 m must be shorter than the other three links together",
+            "crank = 20 m must",
         ),
         ("f_mechanism: {base: [[0, 0], [1, 0]]}", "f_mechanism.base", "must be a list of 3 points"),
         (
             "f_mechanism: {base: [[0, 0], [1, 0], [1]]}",
             "f_mechanism.base[2]",
-            "must be a list of 2 numbers, x and y",
+            "a list of 2 numbers",
         ),
-        (
-            "f_mechanism: {base: [[0, 0], [1, 0], [1, 1]], crank_lengths: [1, 1]}",
-            "f_mechanism.crank_lengths",
-            "must be a list of 3 numbers",
-        ),
-        (
-            "f_mechanism: {base: [[0, 0], [1, 0], [1, 1]], crank_lengths: [1, 1, 1], "
-            "rod_lengths: [1, 1, 1], platform: [[0, 0], [1, 0], [1, 1]], counter_rotating: 1}",
-            "f_mechanism.counter_rotating",
-            "is 1, must be true or false",
-        ),
-        (
-            "landing_gear: {l1: 1, l2: 1, l3: 1, l4: 1, gear_mass: 1, wheel_mass: 1, "
-            "wheel_axial_inertia: 1, wheel_transverse_inertia: 1, gear_inertia: [[1, 0], [0, 1]]}",
-            "landing_gear.gear_inertia",
-            "must be a list of 3 rows of 3 numbers",
-        ),
-        (
-            "landing_gear: {l1: 1, l2: 1, l3: 1, l4: 1, gear_mass: 1, wheel_mass: 1, "
-            "wheel_axial_inertia: 1, wheel_transverse_inertia: 1, gear_inertia: [1, 2, 3]}",
-            "landing_gear.gear_inertia[0]",
-            "must be a list of 3 numbers",
-        ),
+        (f"f_mechanism: {{{BASE}, crank_lengths: [1]}}", "f_mechanism.crank_lengths", "list of 3"),
+        (f"{WHOLE}, counter_rotating: 1}}", "f_mechanism.counter_rotating", "be true or false"),
+        (f"{GEAR}: [[1, 0], [0, 1]]}}", "landing_gear.gear_inertia", "3 rows of 3 numbers"),
+        (f"{GEAR}: [1, 2, 3]}}", "landing_gear.gear_inertia[0]", "must be a list of 3 numbers"),
     ],
 )
 def test_a_mistake_is_named_with_its_file_and_key(tmp_path, text, key, reason):

@@ -350,11 +350,7 @@ class TestBadInput:
             ({"spin_velocity": math.inf}, NotFiniteError, "spin_velocity"),
             ({"spin_velocity": 1e300}, OutOfBoundsError, r"spin_velocity = 1e\+300"),
             ({"retraction_angle": [0.0, math.nan]}, NotFiniteError, r"retraction_angle\[1\]"),
-            (
-                {"pitch_angle": [0.0, 1.0], "yaw_velocity": [1.0, 2.0, 3.0]},
-                WrongShapeError,
-                "yaw_velocity",
-            ),
+            ({"pitch_angle": [0, 1], "yaw_velocity": [1, 2, 3]}, WrongShapeError, "yaw_velocity"),
             ({"pitch_angle": np.zeros((2, 2))}, WrongShapeError, "pitch_angle"),
         ],
     )

@@ -1,7 +1,5 @@
 """Trajectories without an engine: the same motions, and the same refusals."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -50,6 +50,15 @@ def test_a_search_for_modes_without_numbers_is_that_by_default():
     assert swing_settings_of(asked) == SwingSettings(((0.0, 0.0, 2.0),), 0.05, 1.0, (0.1, 0.0, 0.0))
 
 
+@pytest.mark.parametrize(
+    ("request_", "words"),
+    [({"place": [Point(), Point()]}, "2 places"), ({"source": 7}, "source = 7: it must be one of")],
+)
+def test_a_search_that_cannot_be_is_refused(request_, words):
+    with pytest.raises(KinematicsError, match=words):
+        swing_settings_of(FindModes.Request(**request_))
+
+
 def test_a_shaper_is_named():
     assert shaper_kind_of("") is ShaperKind.EI
     assert shaper_kind_of("zv") is ShaperKind.ZV

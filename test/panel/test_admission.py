@@ -1,7 +1,5 @@
 """Whom the page lets in: origins, hosts and tokens."""
 
-from __future__ import annotations
-
 import pytest
 
 from tri_glide_kinematics.panel.admission import Admission, Request, is_loopback, shown

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.description import Parts
-from tri_glide_kinematics.panel.machine_scene import Quaternion, arm_turn, rod_pair, skin
+from tri_glide_kinematics.panel.machine_scene import Quaternion, arm_turn, skin
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
 
@@ -49,14 +49,6 @@ def volume(vertices: FloatArray, faces: FloatArray) -> float:
     """Volume within faces that look outwards."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
-
-
-def test_rods_have_length_and_distance() -> None:
-    vertices, faces = rod_pair(0.4, 0.005, 0.03)
-    assert vertices[:, 2].min() == -0.4
-    assert vertices[:, 2].max() == 0.0
-    assert np.ptp(vertices[:, 0]) == pytest.approx(0.04)
-    assert faces.max() == len(vertices) - 1
 
 
 def test_a_skin_is_closed_and_looks_outwards() -> None:

@@ -1,7 +1,5 @@
 """The page's server: whom it lets in, and what it refuses."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Iterator

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 from viser import _messages as messages
 
-from tri_glide_kinematics.panel.machine import OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.programs import (
     LARGEST,
     NO_FILE,

@@ -1,7 +1,5 @@
 """Programs before they run: how they are drawn, and what is told of those that are wrong."""
 
-from __future__ import annotations
-
 import itertools
 import time
 from pathlib import Path

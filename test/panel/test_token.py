@@ -1,7 +1,5 @@
 """The file that keeps the token."""
 
-from __future__ import annotations
-
 import os
 import stat
 from concurrent.futures import ThreadPoolExecutor

@@ -3,8 +3,6 @@
 What ``page.js`` takes of viser's page is looked at in a browser, in ``integration/test_panel.py``.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Iterator
 from dataclasses import fields

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.picking import CycleTimes, PickOrder
-from tri_glide_kinematics.vectors import combined, minus
+from tri_glide_kinematics.vectors import combined, dot
 
 FORWARDS = (1.0, 0.0, 0.0)
 PLACE = (0.0, 0.2, 0.0)
@@ -18,6 +18,7 @@ SPEED = 0.1
 
 
 def cycle(position, velocity):
+    assert FIRST - 1e-9 <= position[0] <= LAST + 1e-9, "beyond the window there may be no cycle"
     half = 0.25 + 0.58 * math.sqrt(math.dist(position, PLACE))
     return CycleTimes(half, half + 0.1)
 
@@ -27,11 +28,8 @@ ORDER = PickOrder(FORWARDS, lambda position: (FIRST, LAST), cycle)
 
 def chosen(parts, velocity=SPEED, order=ORDER, now=5.0, free_at=5.0, belt=2.0):
     """Return what is chosen; parts are given by where they are in the frame of the machine now."""
-    numbered = {
-        number: combined(1.0, position, -belt, order.direction)
-        for number, position in enumerate(parts)
-    }
-    return order.choose(numbered, (belt, velocity), now, free_at)
+    on_belt = [combined(1.0, position, -belt, order.direction) for position in parts]
+    return order.choose(dict(enumerate(on_belt)), (belt, velocity), now, free_at)
 
 
 def placed(parts, velocity):
@@ -90,6 +88,7 @@ def test_a_grip_is_where_the_part_is_then_and_as_soon_as_can_be(velocity):
         combined(1.0, start, velocity * (pick.grip_at - 5.0), FORWARDS), abs=1e-4
     )
     assert pick.leave_at == pytest.approx(5.3, abs=1e-9)
+    assert chosen([start], velocity, free_at=1.0).pick.leave_at == pytest.approx(5.0, abs=1e-9)
     assert pick.grip_at - pick.leave_at == pytest.approx(cycle(pick.position, velocity).reach)
 
 
@@ -101,7 +100,9 @@ def test_who_waits_for_a_part_leaves_in_time_to_meet_it_where_it_comes_into_the_
 
 
 def test_a_part_is_passed_on_when_it_has_left_and_left_alone_while_it_only_cannot_be_reached():
-    assert chosen([(0.11, 0.0, 0.0), (0.13, 0.0, 0.0)]) == (None, (1,))
+    gone = [(0.11, 0.0, 0.0)] * 30
+    assert chosen([*gone, (0.13, 0.0, 0.0)]) == (None, (30,))
+    assert chosen([*gone, (0.0, 0.0, 0.0)]).pick.part == 30
 
 
 @pytest.mark.parametrize("velocity", [0.0, -0.0, 5e-324, -1e-9, 1e-7])
@@ -121,22 +122,16 @@ def test_at_a_belt_that_runs_backwards_the_other_end_counts_and_parts_may_come_b
 
 
 def test_a_belt_that_is_not_parallel_to_an_axis_is_no_other_belt():
-    turned = (0.6, -0.8, 0.0)
-    place = (0.8 * PLACE[1], 0.6 * PLACE[1], 0.0)
+    turned, side = (0.6, -0.8, 0.0), (0.8, 0.6, 0.0)
 
     def cycle_there(position, velocity):
-        return cycle(combined(1.0, minus(position, place), 1.0, PLACE), velocity)
+        return cycle((dot(position, turned), dot(position, side), 0.0), velocity)
 
     order = PickOrder(turned, lambda position: (FIRST, LAST), cycle_there)
-    picks = [
-        chosen(
-            [combined(x, way, y, side) for x, y in ((-0.2, 0.05), (0.0, -0.05))], order=each
-        ).pick
-        for each, way, side in (
-            (ORDER, FORWARDS, (0.0, 1.0, 0.0)),
-            (order, turned, (0.8, 0.6, 0.0)),
-        )
-    ]
+    picks = []
+    for each, across in ((ORDER, (0.0, 1.0, 0.0)), (order, side)):
+        parts = [combined(x, each.direction, y, across) for x, y in ((-0.2, 0.05), (0.0, -0.05))]
+        picks.append(chosen(parts, order=each).pick)
     assert picks[0].part == picks[1].part
     assert picks[0].grip_at == pytest.approx(picks[1].grip_at, abs=1e-9)
 

@@ -1,7 +1,5 @@
 """What an operator does by hand: work zeros and buttons that are kept, a line that is typed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

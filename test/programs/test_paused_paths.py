@@ -1,7 +1,5 @@
 """Paths that go on from a place on one of their segments."""
 
-from __future__ import annotations
-
 import pytest
 
 from tri_glide_kinematics.interruptible import at_once

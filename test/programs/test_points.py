@@ -1,7 +1,5 @@
 """Tables of points as programs."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Programs of our own writer mean what they were written for, in each dialect."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

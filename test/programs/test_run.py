@@ -1,7 +1,5 @@
 """Programs that run on a controller with the real engine; time is that of its cycles."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Recordings with something wrong are accused of it, and those of the engine of nothing."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 

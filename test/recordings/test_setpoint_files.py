@@ -132,19 +132,10 @@ ROW = [0.5, 0.5, 0.5]
         ([], "has no messages of joint_commands; it has /tick"),
         ([("/joint_states", NAMES, ROW, ROW)], "it has /joint_states, /tick"),
         ([("/my_joint_commands", NAMES, ROW, ROW)], "has no messages of joint_commands"),
-        (
-            [("/a/joint_commands", NAMES, ROW, ROW), ("/b/joint_commands", NAMES, ROW, ROW)],
-            "/a/joint_commands and /b/joint_commands: name one of them with --topic",
-        ),
+        ([(f"/{n}/joint_commands", NAMES, ROW, ROW) for n in "ab"], "and /b/joint_commands: name"),
         ([("joint_commands", ["slider_1", "b", "c"], ROW, ROW)], "message 1.*no joint slider_2"),
-        (
-            [("joint_commands", NAMES, ROW[:2], ROW)],
-            "2 positions, 3 velocities and 0 efforts of 3 joints",
-        ),
-        (
-            [("joint_commands", NAMES, ROW, ROW), ("joint_commands", NAMES, ROW, [])],
-            "with velocities and others without",
-        ),
+        ([("joint_commands", NAMES, ROW[:2], ROW)], "2 positions, 3 velocities and 0 efforts of "),
+        ([("joint_commands", NAMES, ROW, each) for each in (ROW, [])], "and others without"),
     ],
 )
 def test_what_is_no_recording_of_setpoints_is_told(tmp_path, messages, reason):

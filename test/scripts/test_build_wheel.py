@@ -1,7 +1,5 @@
 """``scripts/build_wheel.sh`` makes the same bytes of the same files, and few of them."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

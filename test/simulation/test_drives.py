@@ -1,7 +1,5 @@
 """Drives that control positions with forces: what the feed-forward of the setpoints is good for."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from motion_machine import LIMITS, MACHINE, WORKSPACE

@@ -1,7 +1,5 @@
 """A simulated platform swings as second-order modes do."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where a simulated platform truly is, and when it touches."""
 
-from __future__ import annotations
-
 import pytest
 
 from tri_glide_kinematics.simulation import SimulatedPlate, TrueMachine

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from sized_machines import slider_motion
 from soak import many
 
 from tri_glide_kinematics.dynamics import Masses, SliderForces
@@ -83,13 +84,7 @@ def test_no_motion_needs_more_force_than_the_bound_and_one_from_rest_needs_it():
         position = np.append(place, 0.3)
         velocities = speed * directions(rng, count)
         accelerations = acceleration * directions(rng, count)
-        jacobian = np.array(machine.jacobian(position))
-        rises = np.array(machine.inverse(position)) - 0.3
-        sliders = velocities @ jacobian.T
-        # What the turning of each arm takes off the acceleration of its slider.
-        across = np.square(velocities[:, :2]).sum(axis=1)[:, np.newaxis]
-        along = np.square(sliders - velocities[:, 2:])
-        second = accelerations @ jacobian.T - (across + along) / rises
+        sliders, second = slider_motion(machine, position, velocities, accelerations)
         heights = np.tile(machine.inverse(position), (count, 1))
         moving = np.abs(forces.forces_batch(heights, sliders, second)).max(axis=0)
         bound = cells.forces(loads, speed, acceleration)[:, 0]
@@ -97,7 +92,8 @@ def test_no_motion_needs_more_force_than_the_bound_and_one_from_rest_needs_it():
         assert (moving > 0.6 * bound).all()
         # Nearly no speed: only dry friction is left of it.
         slow = 1e-9
-        still = forces.forces_batch(heights, slow * sliders / speed, accelerations @ jacobian.T)
+        nearly = slider_motion(machine, position, slow / speed * velocities, accelerations)
+        still = forces.forces_batch(heights, *nearly)
         bound = cells.forces(loads, slow, acceleration)[:, 0]
         largest = np.abs(still).max(axis=0)
         assert (largest <= bound * (1.0 + 1e-9)).all()

@@ -1,11 +1,20 @@
 """Machines for wishes: all that is said of them holds, and none is better."""
 
+import contextlib
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from soak import many, some
+from sized_machines import (
+    largest_forces,
+    part_of_force,
+    random_places,
+    random_wish,
+    refused,
+    slider_motion,
+)
+from soak import many, seed, some
 
 from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.errors import KinematicsError, NotAChoiceError
@@ -22,7 +31,7 @@ from tri_glide_kinematics.sizing import (
     sizing_of,
     some_places,
 )
-from tri_glide_kinematics.workspace import Cylinder, Workspace
+from tri_glide_kinematics.workspace import Cylinder
 
 WISH = Wish(Cylinder(0.0, 0.0, 0.12, 0.1, 0.25), 1.0, 10.0, payload=0.2)
 WISHES = {
@@ -36,21 +45,6 @@ WISHES = {
     ),
 }
 OBJECTIVES = {"a box in a corner": Objective.POWER, "heavy arms": Objective.POWER}
-
-
-def some_inside(volume, rng, count):
-    """Places of a volume, those of its edge among them. Shape (count, 3)."""
-    edge = some_places(volume)
-    level = edge[rng.integers(len(edge), size=count)]
-    center = edge[-1]
-    level = center + rng.uniform(0.9, 1.0, (count, 1)) * (level - center)
-    heights = (
-        (volume.lower[2], volume.upper[2])
-        if isinstance(volume, Box)
-        else (volume.z_min, volume.z_max)
-    )
-    z = np.array(heights)[rng.integers(2, size=count)]
-    return np.column_stack((level, z))
 
 
 def search_roughly(monkeypatch):
@@ -76,33 +70,45 @@ def test_a_machine_does_what_is_wished_and_none_is_better(name):
         allowed = getattr(wish, demand.value)
         assert allowed is None or value <= allowed * (1.0 + 1e-12)
     rng = np.random.default_rng(5)
-    places = some_inside(wish.volume, rng, 30)
-    workspace = Workspace(sizing.machine, sizing.workspace_limits())
+    assert_holds(sizing, rng)
     lower, upper = sizing.travel
-    forces = SliderForces(sizing.machine, sizing.masses)
-    for place in places.tolist():
-        heights = workspace.check_position(place)
+    for place in random_places(wish, rng, 30).tolist():
+        heights = sizing.machine.inverse(place)
         assert min(heights) >= lower + wish.end_margin - 1e-9
         assert max(heights) <= upper - wish.end_margin + 1e-9
-        for _ in range(3):
-            direction, pull = rng.normal(size=(2, 3))
-            velocity = wish.speed * direction / np.linalg.norm(direction)
-            acceleration = wish.acceleration * pull / np.linalg.norm(pull)
-            sliders = slider_motion(sizing.machine, place, velocity, acceleration)
-            assert max(map(abs, sliders[0])) <= sizing.slider_speed * (1.0 + 1e-9)
-            assert max(map(abs, sliders[1])) <= sizing.slider_acceleration * (1.0 + 1e-9)
-            needed = forces.forces(heights, *sliders)
-            assert max(map(abs, needed)) <= sizing.force
+        direction, pull = rng.normal(size=(2, 3))
+        velocity = wish.speed * direction / np.linalg.norm(direction)
+        acceleration = wish.acceleration * pull / np.linalg.norm(pull)
+        speeds, accelerations = slider_motion(sizing.machine, place, velocity, acceleration)
+        assert np.abs(speeds).max() <= sizing.slider_speed * (1.0 + 1e-9)
+        assert np.abs(accelerations).max() <= sizing.slider_acceleration * (1.0 + 1e-9)
     assert least_of_many(wish, objective, rng) > 0.99 * sizing.needs.of(objective)[0]
 
 
-def slider_motion(machine, place, velocity, acceleration):
-    """Velocities and accelerations of the sliders for a motion of the platform."""
-    jacobian = np.array(machine.jacobian(place))
-    rises = np.array(machine.inverse(place)) - place[2]
-    rates = jacobian @ velocity
-    squares = velocity[0] ** 2 + velocity[1] ** 2 + np.square(rates - velocity[2])
-    return rates.tolist(), (jacobian @ acceleration - squares / rises).tolist()
+def assert_holds(sizing, rng):
+    """No place needs more than the proved force, and none is refused."""
+    assert part_of_force(sizing, rng) <= 1.0 + 1e-9
+    assert refused(sizing, rng) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", some(range(3, 300), 1))
+def test_what_is_said_of_a_machine_holds_for_any_wish(number):
+    rng = np.random.default_rng((seed(1), number))
+    with contextlib.suppress(ImpossibleWishError):
+        assert_holds(size(random_wish(rng), tuple(Objective)[number % 2]), rng)
+
+
+def test_no_direction_needs_more_than_the_largest_force_and_one_needs_nearly_as_much():
+    sizing = sizing_of(replace(WISH, speed=1.5, arm_density=2.0), 0.2, 0.4)
+    place = np.array((0.08, -0.05, 0.2))
+    allowed = float(largest_forces(sizing, place[np.newaxis])[0])
+    directions = np.random.default_rng(3).normal(size=(2, 30000, 3))
+    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+    sliders = slider_motion(sizing.machine, place, 1.5 * directions[0], 10.0 * directions[1])
+    heights = np.tile(sizing.machine.inverse(place), (30000, 1))
+    forces = SliderForces(sizing.machine, sizing.masses).forces_batch(heights, *sliders)
+    assert 0.95 * allowed < np.abs(forces).max() <= allowed * (1.0 + 1e-12)
 
 
 def least_of_many(wish, objective, rng):

@@ -603,11 +603,7 @@ class TestLimitsAsASet:
             ({"reach_margin": math.inf}, NotFiniteError, "reach_margin"),
             ({"max_condition_number": 1.0}, OutOfBoundsError, "must be greater than 1"),
             ({"max_condition_number": math.nan}, NotFiniteError, "max_condition_number"),
-            (
-                {"box_lower": (0, 0, 0), "box_upper": (1, 1, 0)},
-                OutOfBoundsError,
-                r"box_upper\[2\] = 0 m must be greater than box_lower\[2\] = 0",
-            ),
+            ({"box_lower": (0,) * 3, "box_upper": (1, 1, 0)}, OutOfBoundsError, "than box_lower"),
             ({"box_lower": (0, 0)}, WrongShapeError, "box_lower has shape"),
             ({"box_upper": (0, math.inf, 0)}, NotFiniteError, r"box_upper\[1\] = inf"),
         ],

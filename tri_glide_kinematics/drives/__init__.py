@@ -20,11 +20,14 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.cia402 import state_of as state_of
     from tri_glide_kinematics.drives.frames import CobId as CobId
     from tri_glide_kinematics.drives.frames import Frame as Frame
+    from tri_glide_kinematics.drives.frames import LineReader as LineReader
     from tri_glide_kinematics.drives.frames import cycle_frames as cycle_frames
+    from tri_glide_kinematics.drives.frames import encoded as encoded
     from tri_glide_kinematics.drives.frames import event_of as event_of
     from tri_glide_kinematics.drives.group import DriveGroup as DriveGroup
     from tri_glide_kinematics.drives.group import GroupState as GroupState
     from tri_glide_kinematics.drives.group_settings import DriveSettings as DriveSettings
+    from tri_glide_kinematics.drives.group_settings import DriveUnits as DriveUnits
     from tri_glide_kinematics.drives.group_settings import GroupSettings as GroupSettings
     from tri_glide_kinematics.drives.group_settings import bus_load as bus_load
     from tri_glide_kinematics.drives.playout import Playout as Playout
@@ -37,8 +40,5 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.simulated.dictionary import described as described
     from tri_glide_kinematics.drives.simulated.drive import SimulatedDrive as SimulatedDrive
     from tri_glide_kinematics.drives.simulated.terminals import Terminals as Terminals
-    from tri_glide_kinematics.drives.slcan import LineReader as LineReader
-    from tri_glide_kinematics.drives.slcan import encoded as encoded
-    from tri_glide_kinematics.drives.units import DriveUnits as DriveUnits
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

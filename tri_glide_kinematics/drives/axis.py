@@ -17,8 +17,7 @@ from tri_glide_kinematics.drives.bus import (
     Transfer,
 )
 from tri_glide_kinematics.drives.cia402 import ERROR_CODE, FAULTS, DriveError, DriveState, state_of
-from tri_glide_kinematics.drives.group_settings import GroupSettings
-from tri_glide_kinematics.drives.units import LARGEST_COUNT
+from tri_glide_kinematics.drives.group_settings import LARGEST_COUNT, GroupSettings
 
 # A drive that leaves out so many answers to SYNC, while another one answers, is lost.
 LOST_IN_A_ROW = 5

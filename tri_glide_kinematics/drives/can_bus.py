@@ -26,8 +26,14 @@ from tri_glide_kinematics.drives.bus import (
     Foreign,
     Transfer,
 )
-from tri_glide_kinematics.drives.frames import CobId, Frame, cycle_frames, event_of
-from tri_glide_kinematics.drives.slcan import LineReader, encoded
+from tri_glide_kinematics.drives.frames import (
+    CobId,
+    Frame,
+    LineReader,
+    cycle_frames,
+    encoded,
+    event_of,
+)
 
 MISSING = (
     "canopen and python-can are missing: pip install 'tri_glide_kinematics[can]', or install "

@@ -6,6 +6,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -21,6 +22,7 @@ from std_srvs.srv import Trigger
 from tri_glide_interfaces.action import Pick, Transfer
 from tri_glide_interfaces.msg import (
     MachineState,
+    MotionState,
     Output,
     PickState,
     SeenParts,
@@ -53,11 +55,12 @@ from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.messages import (
     LATEST_OUTPUTS,
     RefusedMessageError,
-    age_of,
+    ahead_of_steady,
     has_stamp,
+    steady_time,
     vector_of,
 )
-from tri_glide_kinematics.ros.outputs import LATCHED
+from tri_glide_kinematics.ros.outputs import LATCHED, Motion, read_motion
 from tri_glide_kinematics.ros.serving import CALLS, ActionServer, GoalEnd, PatientServices
 from tri_glide_kinematics.settings import (
     PICK_NODE,
@@ -65,13 +68,14 @@ from tri_glide_kinematics.settings import (
     cameras_of,
     direction_of,
     keep_taught,
+    machine_of,
     picker_of,
     replaced_camera,
     taught_file_of,
     way_times_of,
     with_taught,
 )
-from tri_glide_kinematics.vectors import combined, plus
+from tri_glide_kinematics.vectors import Vector3, combined, plus, three
 from tri_glide_kinematics.wording import vector_text
 
 RELIABLE = QoSProfile(depth=10)
@@ -89,6 +93,8 @@ RESTING = (MachineState.IDLE, MachineState.DISABLED)
 
 # Pictures that are kept to teach by, and how old those may be that teach a latency [s].
 MOST_VIEWS, SEEN_OF_LATE = 500, 2.0
+
+UNKNOWN: Vector3 = (math.nan, math.nan, math.nan)
 
 ENDS = {Pick.Result.SUCCEEDED: GoalEnd.SUCCEEDED, Pick.Result.CANCELED: GoalEnd.CANCELED}
 COUNTED = {
@@ -145,8 +151,12 @@ class PickNode(Node):
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._counts = dict.fromkeys(COUNTED.values(), 0)
         self._run = _Run(0, dict(self._counts), Pick.Result.STOPPED, "no run has begun")
+        self._kinematics = machine_of(told)
         self._machine: MachineState | None = None
+        self._motion: Motion | None = None
         self._heard_at = self._told_at = -math.inf
+        # By how much the clock of this node is ahead of time.monotonic(), as of this cycle [s].
+        self._ahead = ahead_of_steady(self.get_clock())
         self._holds: bool | None = False if self._values["has_sensor"] else None
         self._goal: SentGoal | None = None
         self._transfer: TransferCommand | None = None
@@ -166,7 +176,9 @@ class PickNode(Node):
             JointState, "belt_states", self._on_belt, qos_profile_sensor_data
         )
         parts = self.create_subscription(SeenParts, "seen_parts", self._on_parts, RELIABLE)
-        self._began = self.get_clock().now().nanoseconds
+        motions = self.create_subscription(
+            MotionState, "ik_node/motion_state", self._on_motion, QoSProfile(depth=1), raw=True
+        )
         outputs = self.create_subscription(Output, "outputs", self._on_output, LATEST_OUTPUTS)
         self.create_subscription(MachineState, "ik_node/machine_state", self._on_machine, LATCHED)
         if self._values["has_sensor"]:
@@ -186,7 +198,11 @@ class PickNode(Node):
             feedback=lambda run: Pick.Feedback(**self._counted(run)),
         )
         self.cycle = Cycle(
-            (belts, parts, outputs, stop), PERIOD, self._cycle, may_end=self._may_end, end=self._end
+            (belts, parts, motions, outputs, stop),
+            PERIOD,
+            self._cycle,
+            may_end=self._may_end,
+            end=self._end,
         )
 
     def _use(self, values: Values) -> None:
@@ -202,10 +218,13 @@ class PickNode(Node):
         self._picker = picker_of(values, self._times)
 
     def _cycle(self) -> None:
-        now = time.monotonic()
+        now, self._ahead = time.monotonic(), ahead_of_steady(self.get_clock())
         goal, transfer = self._goal, self._transfer
-        if goal is not None and goal.result is not None and transfer is not None:
+        if transfer is not None and transfer.outcome is None and goal is not None and goal.result:
             transfer.end(GoalCode(goal.result.code), goal.result.text)
+            if goal.result.code != Transfer.Result.SUCCEEDED:
+                untold = {order for stop in transfer.stops for _, order in stop.outputs}
+                self._ordered = deque(each for each in self._ordered if each not in untold)
         self._carry_out(self._picker.step(now, self._machine_now(now)), now)
         self._passed.clear()
         for event in self._picker.events:
@@ -225,18 +244,31 @@ class PickNode(Node):
         """Return what the machine says of itself."""
         told, goal = self._machine, self._goal
         if told is None or now > self._heard_at + LONGEST_SILENCE:
-            return Machine((math.nan,) * 3, accepts=False)
+            return Machine(UNKNOWN, accepts=False)
         arrivals: tuple[float, ...] = ()
         if goal is not None and goal.feedback is not None and self._transfer is not None:
-            clock = self.get_clock()
             arrivals = tuple(
-                -age_of(stamp, clock) if has_stamp(stamp) else math.inf
+                steady_time(stamp, self._ahead) - now if has_stamp(stamp) else math.inf
                 for stamp in goal.feedback.arrivals
             )
             self._learn(arrivals, now)
         accepts = told.state in ACCEPTING
-        position = vector_of(told.position)
+        position = self._position(now)
         return Machine(position, accepts, told.stops, arrivals, tuple(self._passed), self._holds)
+
+    def _position(self, now: float) -> Vector3:
+        """Return where the setpoints lead the platform now, as late as its drives are [m].
+
+        NaN where that is not known.
+        """
+        motion = self._motion
+        if motion is None or motion.commanded is None:
+            return UNKNOWN
+        dt = now + self._ahead - motion.stamp - self._values["drive_delay"]
+        heights = (h + (v + a * dt / 2.0) * dt for h, v, a in zip(*motion.commanded))
+        with suppress(KinematicsError):
+            return self._kinematics.forward(three(heights))
+        return UNKNOWN
 
     def _learn(self, arrivals: tuple[float, ...], now: float) -> None:
         """Note how long the way to a part takes, once it is known."""
@@ -252,7 +284,7 @@ class PickNode(Node):
         """Do what the picker wants."""
         if isinstance(wanted, Renewal):
             message = StationState()
-            self._stamp(message.header, wanted.seen, now)
+            self._stamp(message.header, wanted.seen)
             _write_motion(message, wanted.motion)
             self._stations.publish(message)
             self._picker.renewed(wanted)
@@ -273,10 +305,10 @@ class PickNode(Node):
             allowed=transfer.allowed,
             lifts=transfer.lifts,
         )
-        self._stamp(goal.header, transfer.seen, now)
+        self._stamp(goal.header, transfer.seen)
         self._free_since = now
         if math.isfinite(transfer.leave_at):
-            goal.leave_at = self._stamp_of(transfer.leave_at, now)
+            goal.leave_at = self._stamp_of(transfer.leave_at)
             self._free_since = max(now, transfer.leave_at)
         for stop in transfer.stops:
             station = TransferStation(dwell=stop.dwell)
@@ -295,19 +327,21 @@ class PickNode(Node):
             name=values["gripper_output"], number=values["gripper_number"], value=float(closes)
         )
 
-    def _stamp(self, header: Any, then: float, now: float) -> None:
+    def _stamp(self, header: Any, then: float) -> None:
         header.frame_id = self._values["base_frame"]
-        header.stamp = self._stamp_of(then, now)
+        header.stamp = self._stamp_of(then)
 
-    def _stamp_of(self, then: float, now: float) -> Any:
+    def _stamp_of(self, then: float) -> Any:
         """Return the time of the node's clock at a ``then`` of time.monotonic() [s]."""
-        nanoseconds = self.get_clock().now().nanoseconds + round(1e9 * (then - now))
-        return Time(nanoseconds=max(nanoseconds, 1)).to_msg()
+        return Time(nanoseconds=max(round(1e9 * (then + self._ahead)), 1)).to_msg()
 
     def _seen_at(self, stamp: Any, latency: float = 0.0) -> float:
         """Return when a message was made, by time.monotonic() [s]."""
-        age = age_of(stamp, self.get_clock()) if has_stamp(stamp) else 0.0
-        return time.monotonic() - age - latency
+        made = steady_time(stamp, self._ahead) if has_stamp(stamp) else time.monotonic()
+        return made - latency
+
+    def _on_motion(self, data: bytes) -> None:
+        self._motion = read_motion(data)
 
     def _on_belt(self, message: JointState) -> None:
         name = self._values["belt_joint"]
@@ -498,9 +532,10 @@ class PickNode(Node):
             text=part.text,
             grip_error=event.error,
         )
-        self._stamp(message.header, now, now)
+        self._stamp(message.header, now)
+        message.seen = self._stamp_of(part.views[0].time)
         if math.isfinite(event.gripped):
-            message.gripped = self._stamp_of(event.gripped, now)
+            message.gripped = self._stamp_of(event.gripped)
         if part.outcome is PartOutcome.PLACED:
             message.placed = message.header.stamp
         self._events.publish(message)
@@ -509,9 +544,12 @@ class PickNode(Node):
     def _tell(self, now: float) -> None:
         """Tell what is done, and what is known."""
         message = PickState(
-            running=self._picker.is_running, doing=self._picker.text, **self._counts
+            running=self._picker.is_running,
+            doing=self._picker.text,
+            target=self._picker.target,
+            **self._counts,
         )
-        self._stamp(message.header, now, now)
+        self._stamp(message.header, now)
         belt = self._picker.belt_at(now)
         if belt is not None:
             message.belt_position, message.belt_velocity = belt.position, belt.velocity
@@ -543,6 +581,7 @@ def _within(text: str, deviation: float) -> str:
 
 
 def _check(values: Values) -> None:
+    machine_of(values)
     cameras_of(values)
     picker_of(values, way_times_of(values))
 

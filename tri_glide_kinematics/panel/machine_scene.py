@@ -10,7 +10,7 @@ import viser
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.description import Parts
-from tri_glide_kinematics.panel.machine import MachineFacts
+from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.viser_parts import Quaternion, place, turn
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -34,27 +34,6 @@ def arm_turn(parts: Parts, arm: int, height: float, position: Vector3) -> Quater
     )
     c, s = cos(azimuth), sin(azimuth)
     return c * w - s * z, c * x - s * y, c * y + s * x, c * z + s * w
-
-
-def rod_pair(length: float, radius: float, apart: float) -> tuple[FloatArray, NDArray[np.uint32]]:
-    """Return the mesh of two rods that hang down along -z from the origin, side by side along x.
-
-    Their lengths, radii and distance are in [m]. Returns vertices, shape (n, 3) [m], and faces,
-    shape (m, 3).
-    """
-    corners = 8
-    angles = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)
-    ring = radius * np.column_stack((np.cos(angles), np.sin(angles)))
-    vertices: list[FloatArray] = []
-    faces: list[tuple[int, int, int]] = []
-    for offset in (-0.5 * apart, 0.5 * apart):
-        first = len(vertices) * corners
-        for z in (0.0, -length):
-            vertices.append(np.column_stack((ring + np.array((offset, 0.0)), np.full(corners, z))))
-        for k in range(corners):
-            a, b = first + k, first + (k + 1) % corners
-            faces += [(a, a + corners, b), (b, a + corners, b + corners)]
-    return np.concatenate(vertices), np.array(faces, dtype=np.uint32)
 
 
 def skin(rings: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]:
@@ -140,19 +119,20 @@ class DrawnMachine:
         ]
         self._arms = []
         for index, length in enumerate(parts.arm_lengths):
-            vertices, faces = rod_pair(length, parts.rod_radius, parts.rod_distance)
-            self._arms.append(
-                scene.add_mesh_simple(
-                    f"{name}/carriage_{index}/arm",
-                    vertices.astype(np.float32),
-                    faces,
+            arm = f"{name}/carriage_{index}/arm"
+            self._arms.append(scene.add_frame(arm, show_axes=False))
+            for side in (-0.5, 0.5):
+                scene.add_cylinder(
+                    f"{arm}/{'left' if side < 0.0 else 'right'}",
+                    radius=parts.rod_radius,
+                    height=length,
                     color=color,
+                    radial_segments=8,
                     opacity=opacity,
-                    side="double",
                     cast_shadow=False,
                     receive_shadow=False,
+                    position=(side * parts.rod_distance, 0.0, -0.5 * length),
                 )
-            )
         self._platform = scene.add_cylinder(
             f"{name}/platform",
             radius=parts.platform_radius,

@@ -17,8 +17,8 @@ import viser
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.admission import QUERY, Admission, guarded_server
-from tri_glide_kinematics.panel.machine import RENEWALS, Entry
 from tri_glide_kinematics.panel.machine_scene import light_plainly
+from tri_glide_kinematics.panel.operator_requests import RENEWALS, Entry
 from tri_glide_kinematics.panel.programs import PIECE
 from tri_glide_kinematics.panel.viser_parts import Connections, messages, run_script, uuid_of
 

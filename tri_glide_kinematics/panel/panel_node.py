@@ -17,25 +17,22 @@ from rclpy.parameter import parameter_value_to_python
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.files import SETTINGS, state_folder
 from tri_glide_kinematics.panel.admission import default_token_file, is_loopback, kept_token
-from tri_glide_kinematics.panel.machine import (
-    FAULT,
+from tri_glide_kinematics.panel.link import (
     NAMES,
     NOBODY,
-    READY,
-    WARNING,
     Feeds,
     Identity,
-    JogWatch,
     MachineFacts,
     MachineLink,
+)
+from tri_glide_kinematics.panel.mechanisms import MechanismsTab
+from tri_glide_kinematics.panel.operator_requests import (
+    JogWatch,
     OperatorRequests,
     PagesBar,
     Steps,
-    outside_text,
     pages_text,
-    position_text,
 )
-from tri_glide_kinematics.panel.mechanisms import MechanismRequests, MechanismsTab
 from tri_glide_kinematics.panel.page import Page, Strip
 from tri_glide_kinematics.panel.programs import ProgramFolder, Uploads
 from tri_glide_kinematics.panel.tabs import (
@@ -47,6 +44,7 @@ from tri_glide_kinematics.panel.tabs import (
     SwingTab,
     pose_of,
 )
+from tri_glide_kinematics.panel.words import FAULT, READY, WARNING, outside_text, position_text
 from tri_glide_kinematics.programs import default_kept_file, default_zeros_file
 from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
@@ -54,7 +52,7 @@ from tri_glide_kinematics.ros.loop import LONGEST_WAIT, Cycle
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.ros.starting import default_parameter_file
 from tri_glide_kinematics.settings import PANEL_NODE, Values
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import Vector3
 
 POINTS_FILE = "taught_points.yaml"
 PROGRAMS_FOLDER = "programs"
@@ -118,7 +116,7 @@ class PanelNode(Node):
         link = MachineLink(self, lambda reason: self._requests.refuse(reason))
         self._requests = OperatorRequests(link, self._on_stop)
         self._link = self._requests.link
-        self._feeds = Feeds(self, self._link.server, self._on_lines)
+        self._feeds = Feeds(self, self._link.server, lambda *lines: self._view.show_lines(*lines))
         self._build(values)
         self.create_subscription(ParameterEvent, "/parameter_events", self._on_parameters, 100)
         self.create_timer(LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -178,7 +176,7 @@ class PanelNode(Node):
         with tabs.add_tab("Mechanisms"):
             # Its files lie beside the parameters.
             folder = default_parameter_file().parent
-            self._mechanisms = MechanismsTab(gui, server.scene, MechanismRequests(self), folder)
+            self._mechanisms = MechanismsTab(gui, server.scene, folder)
         gui.main_panel.dock_right()
         server.on_client_connect(requests.opened)
         server.on_client_connect(self._greet)
@@ -207,7 +205,7 @@ class PanelNode(Node):
         )
 
     def _end(self) -> None:
-        self._program.close()
+        self._program.chosen.close()
         self._server.stop()
 
     async def _greet(self, client: viser.ClientHandle) -> None:
@@ -277,9 +275,6 @@ class PanelNode(Node):
         self._facts = self._facts.with_changes(changed)
         self._requests.follow_twist_timeout(self._facts.values["twist_timeout"])
         self._view.show_machine(self._facts)
-
-    def _on_lines(self, name: str, points: FloatArray) -> None:
-        self._view.show_lines(name, points)
 
     def _frame(self) -> None:
         """Fulfil what is wished, and show where everything is."""

@@ -16,15 +16,8 @@ import viser
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import OutsideFolderError, file_in
-from tri_glide_kinematics.panel.machine import (
-    Bounds,
-    MachineFacts,
-    OperatorRequests,
-    clock_text,
-    note,
-    progress,
-    table,
-)
+from tri_glide_kinematics.panel.link import Bounds, MachineFacts
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.program_reading import (
     Answer,
     Mark,
@@ -37,6 +30,7 @@ from tri_glide_kinematics.panel.program_reading import (
     shown_text,
 )
 from tri_glide_kinematics.panel.viser_parts import messages
+from tri_glide_kinematics.panel.words import clock_text, note, progress, table
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramCheck,

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import NamedTuple
 
 from tri_glide_kinematics.vectors import Vector3, combined, dot
 
-# Parts that a plan looks ahead. More change nothing that is done next, and cost time.
+# Of the parts that can be reached, so many are planned. More change nothing that is done next, and
+# cost time.
 AHEAD = 12
 
 # A belt that is slower is at rest [m/s].
@@ -103,8 +105,9 @@ class PickOrder:
             parts: their numbers, and their positions in the frame of the belt [m].
             belt: its position [m] and velocity [m/s] now.
             now: the time [s].
-            free_at: when the machine may leave its last place [s].
+            free_at: when the machine may leave its last place [s]; before ``now``, it may at once.
         """
+        free_at = max(free_at, now)
         velocity = belt[1] if abs(belt[1]) > SLOWEST else 0.0
         arrivals, passed = [], []
         for number, position in parts.items():
@@ -121,11 +124,12 @@ class PickOrder:
                 # Where the belt rests, the first in the way of the belt: it may start again.
                 arrivals.append(_Arrival(until, last - way, number, since, here))
         arrivals.sort()
-        plan = self._best_plan(arrivals[:AHEAD], velocity, now, free_at)
+        reachable = (each for each in arrivals if self._grip(each, velocity, now, free_at))
+        plan = self._best_plan(islice(reachable, AHEAD), velocity, now, free_at)
         return Choice(plan, tuple(passed))
 
     def _best_plan(
-        self, arrivals: Sequence[_Arrival], velocity: float, now: float, free_at: float
+        self, arrivals: Iterable[_Arrival], velocity: float, now: float, free_at: float
     ) -> Pick | None:
         """Return the first pick of the plan that places most, and of these is over first.
 

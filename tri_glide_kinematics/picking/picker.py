@@ -185,6 +185,8 @@ class Picker:
         self._cycles: list[_Cycle] = []
         self._given: Transfer | None = None
         self._told: Renewal | None = None
+        # When the gripper was to close by the plan for that; NaN until this is known [s].
+        self._told_grip = math.nan
         self._gives_up = self._carries_on = self._waits = self._is_closed = False
         self._ends = ""
         self._failed = (-math.inf, "")
@@ -206,6 +208,12 @@ class Picker:
             self.is_running, self.text = True, "picks parts"
             self._is_closed = self._waits = False
             self._stops, self._ends = None, ""
+
+    @property
+    def target(self) -> int:
+        """Number of the part that is to be gripped next; 0 for none."""
+        cycles = [cycle for cycle in self._cycles if math.isinf(cycle.gripped)]
+        return cycles[-1].part.number if cycles else 0
 
     @property
     def parts_on_belt(self) -> list[Part]:
@@ -237,7 +245,7 @@ class Picker:
 
     def renewed(self, renewal: Renewal) -> None:
         """Note that the machine has taken a ``renewal``; it cannot while it is planning."""
-        self._told = renewal
+        self._told, self._told_grip = renewal, math.nan
 
     def step(self, now: float, machine: Machine) -> Transfer | Renewal | GivingUp | None:
         """Return what is to be done ``now`` [s], as the ``machine`` is like that."""
@@ -340,8 +348,12 @@ class Picker:
         told = self._told
         if told is None or now < told.seen + RENEWED_AFTER or not now < grip < math.inf:
             return None
+        if math.isnan(self._told_grip):
+            self._told_grip = grip
+        # A machine whose cycles come late is there later, but where the part was to be before.
+        meant = told.motion.after(self._told_grip - told.seen).position
         there = minus(self._place_of(cycle.part, grip), self._settings.point)
-        if math.dist(told.motion.after(grip - told.seen).position, there) < RENEWED_FROM:
+        if math.dist(meant, there) < RENEWED_FROM:
             return None
         return Renewal(self._grip(cycle.part, now), now)
 
@@ -374,8 +386,9 @@ class Picker:
             cycle = _Cycle(parts[pick.part], self._places.take())
             cycle.part.is_taken, self._waits, self._carries_on = True, False, False
             self._cycles.append(cycle)
-            self._told = Renewal(self._grip(cycle.part, now), now)
-            stops = self._told.motion, self._release(cycle)
+            grip = self._grip(cycle.part, now)
+            self.renewed(Renewal(grip, now))
+            stops = grip, self._release(cycle)
             cycle.transfer = self._transfer(now, *stops, leave_at=max(pick.leave_at, free_at))
             return cycle.transfer
         if parts or self._cycles or self._waits or waiting is None:

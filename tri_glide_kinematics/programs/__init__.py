@@ -7,6 +7,8 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.programs.check import NoMotionError as NoMotionError
     from tri_glide_kinematics.programs.check import ProgramCheck as ProgramCheck
+    from tri_glide_kinematics.programs.check import Scales as Scales
+    from tri_glide_kinematics.programs.check import TimeLeft as TimeLeft
     from tri_glide_kinematics.programs.check import check_program as check_program
     from tri_glide_kinematics.programs.check import time_steps as time_steps
     from tri_glide_kinematics.programs.drive_files import DriveFile as DriveFile
@@ -64,8 +66,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError
     from tri_glide_kinematics.programs.settings import load_own_settings as load_own_settings
     from tri_glide_kinematics.programs.settings import load_settings as load_settings
-    from tri_glide_kinematics.programs.time_left import Scales as Scales
-    from tri_glide_kinematics.programs.time_left import TimeLeft as TimeLeft
     from tri_glide_kinematics.programs.words import ProgramError as ProgramError
     from tri_glide_kinematics.programs.words import TellPart as TellPart
     from tri_glide_kinematics.programs.words import tell_nobody as tell_nobody

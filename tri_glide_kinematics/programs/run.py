@@ -351,9 +351,10 @@ class _StepDriver:
         # Meanwhile somebody may have moved the platform.
         self.is_elsewhere = True
 
-    def go_on(self) -> None:
-        """End the waiting for somebody, if there is one."""
+    def go_on(self) -> bool:
+        """End the waiting for somebody; return whether it did wait."""
         self._is_told_to_go_on = self._status.state is RunState.WAITING
+        return self._is_told_to_go_on
 
     # The work of each kind of step
 
@@ -569,9 +570,9 @@ class ProgramRun:
         if self._keeper is not None:
             self._keeper.keep(self.line, self.state, self.is_whole, now)
 
-    def go_on(self) -> None:
-        """End the waiting for somebody, if there is one."""
-        self._driver.go_on()
+    def go_on(self) -> bool:
+        """End the waiting for somebody; return whether it did wait."""
+        return self._driver.go_on()
 
     def stop(self, why: str = "stopped") -> None:
         """Let the platform come to rest, on its path if it follows one, and end the run."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from time import monotonic
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -27,6 +28,10 @@ UNIT_TOLERANCE = 1e-3
 
 # A stamp may be ahead of the clock by this: clocks of one computer, or well synchronised ones [s].
 LARGEST_LEAD = 0.01
+
+
+# Two clocks are read at one time if that takes no longer [s]; so often is that tried.
+AT_ONCE, TRIES = 5e-5, 10
 
 
 # Outputs of programs and paths: who begins to listen later is told the latest ones.
@@ -164,6 +169,25 @@ def has_stamp(stamp: Time) -> bool:
 def age_of(stamp: Time, clock: Clock) -> float:
     """Return how long ago a ``stamp`` was, by a ``clock`` [s]."""
     return 1e-9 * (clock.now().nanoseconds - (1_000_000_000 * stamp.sec + stamp.nanosec))
+
+
+def ahead_of_steady(clock: Clock) -> float:
+    """Return by how much a ``clock`` is ahead of time.monotonic() [s].
+
+    A computer that is busy may let this process wait between two clocks: then they are read again.
+    """
+    for _ in range(TRIES):
+        before = monotonic()
+        nanoseconds = clock.now().nanoseconds
+        after = monotonic()
+        if after - before < AT_ONCE:
+            break
+    return 1e-9 * nanoseconds - 0.5 * (before + after)
+
+
+def steady_time(stamp: Time, ahead: float) -> float:
+    """Return the time.monotonic() of a ``stamp`` of a clock that is so far ``ahead`` of it [s]."""
+    return stamp.sec - ahead + 1e-9 * stamp.nanosec
 
 
 def check_frame(what: str, frame: str, allowed: Sequence[str]) -> None:

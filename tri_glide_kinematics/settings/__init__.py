@@ -17,12 +17,14 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.arguments import sections_of as sections_of
     from tri_glide_kinematics.settings.arguments import sources_of as sources_of
     from tri_glide_kinematics.settings.picking import Camera as Camera
+    from tri_glide_kinematics.settings.picking import SimulatedCell as SimulatedCell
     from tri_glide_kinematics.settings.picking import WayTimes as WayTimes
     from tri_glide_kinematics.settings.picking import cameras_of as cameras_of
     from tri_glide_kinematics.settings.picking import direction_of as direction_of
     from tri_glide_kinematics.settings.picking import keep_taught as keep_taught
     from tri_glide_kinematics.settings.picking import picker_of as picker_of
     from tri_glide_kinematics.settings.picking import replaced_camera as replaced_camera
+    from tri_glide_kinematics.settings.picking import simulated_cell_of as simulated_cell_of
     from tri_glide_kinematics.settings.picking import taught_file_of as taught_file_of
     from tri_glide_kinematics.settings.picking import way_times_of as way_times_of
     from tri_glide_kinematics.settings.picking import with_taught as with_taught
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.tables import NODES as NODES
     from tri_glide_kinematics.settings.tables import PANEL_NODE as PANEL_NODE
     from tri_glide_kinematics.settings.tables import PICK_NODE as PICK_NODE
+    from tri_glide_kinematics.settings.tables import SIMULATED_CELL_NODE as SIMULATED_CELL_NODE
     from tri_glide_kinematics.settings.tables import SIMULATOR_NODE as SIMULATOR_NODE
     from tri_glide_kinematics.settings.tables import Parameter as Parameter
     from tri_glide_kinematics.settings.tables import ParameterError as ParameterError

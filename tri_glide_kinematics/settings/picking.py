@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -19,8 +20,14 @@ from tri_glide_kinematics.picking import (
     PickOrder,
     PickSettings,
     Places,
+    Readings,
+    SimulatedBelt,
+    SimulatedCamera,
+    SimulatedEncoder,
+    SimulatedGripper,
     TaughtCamera,
     grid,
+    laid_parts,
 )
 from tri_glide_kinematics.settings.tables import PICK_NODE, ParameterError, Values
 from tri_glide_kinematics.vectors import Vector3, minus, scaled
@@ -28,6 +35,9 @@ from tri_glide_kinematics.vectors import Vector3, minus, scaled
 # What of the parameters is taught.
 TAUGHT = ("belt_direction", "metres_per_count", "gripper_point")
 TAUGHT_OF_CAMERAS = ("camera_places", "camera_turns", "camera_scales", "camera_latencies")
+
+# So late does a simulated encoder tell its position [s].
+ENCODER_DELAY = 0.002
 
 # The time of a way changes with its length to this power, from a stroke of this length on, and a
 # part of it does not change at all.
@@ -205,3 +215,58 @@ def replaced_camera(values: Values, name: str, camera: Camera) -> dict[str, Any]
         before[each * index : each * (index + 1)] = numbers
         changed[key] = tuple(before)
     return changed
+
+
+class SimulatedCell(NamedTuple):
+    """What stands in for a belt with its encoder, a camera and a gripper."""
+
+    encoder: SimulatedEncoder
+    camera: SimulatedCamera
+    gripper: SimulatedGripper
+
+
+def simulated_cell_of(values: Values) -> SimulatedCell:
+    """Return a cell in which nothing has happened yet.
+
+    Raises:
+        ParameterError: if parameters do not fit together.
+    """
+    numbers, direction = values["belt_speeds"], direction_of(values)
+    changes = sorted(zip(numbers[::3], numbers[1::3], numbers[2::3]))
+    if len(numbers) % 3 or any(acceleration <= 0.0 for *_, acceleration in changes):
+        raise ParameterError(
+            f"belt_speeds = {numbers} must be three numbers for each change, with accelerations "
+            "above 0"
+        )
+    belt, seed = SimulatedBelt(direction, 0.0, changes), values["seed"]
+    parts = laid_parts(
+        belt,
+        values["part_count"],
+        values["part_distance"],
+        first=values["first_part"],
+        width=values["part_width"],
+        at_random=True,
+        seed=seed,
+    )
+    step, reports = values["belt_resolution"], Readings(values["belt_messages"], ENCODER_DELAY)
+    pictures = Readings(values["picture_rate"], values["picture_delay"], seed=seed)
+    return SimulatedCell(
+        SimulatedEncoder(belt, reports, step, round(values["belt_wrap"] / step)),
+        SimulatedCamera(
+            values["camera"],
+            belt,
+            parts,
+            values["camera_view"],
+            pictures,
+            values["picture_noise"],
+            *values["view_faults"],
+        ),
+        SimulatedGripper(
+            belt,
+            parts,
+            values["gripper_delay"],
+            reach=values["gripper_reach"],
+            losing=values["gripper_losses"],
+            random=random.Random(seed),
+        ),
+    )

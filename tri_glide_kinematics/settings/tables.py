@@ -251,6 +251,11 @@ TRAVEL = (
     Parameter("upper_heights", (0.9, 0.9, 0.9),
         "upper end of each slider's travel, as the drives report it", *PLACE),
 )
+DRIVE_DELAY = Parameter("drive_delay", 0.0,
+    "time from a setpoint to the motors, as that of drives that play setpoints out: measured "
+    "heights are compared with the setpoint of then, and outputs on a path wait for so long",
+    "s", 0.0, 0.5)
+
 GEOMETRY = (
     Parameter("geometry", "symmetric",
         "`symmetric`: the next four parameters hold; `calibrated`: the two after them",
@@ -426,10 +431,7 @@ IK_NODE = (
         "changes in motion: the longer, the calmer; 0 for one cycle", "s", 0.0, LONGEST_HORIZON),
     live("tracking_latency", 0.0,
         "time for which a moving target is extrapolated, as the drives are late", "s", -0.5, 0.5),
-    Parameter("drive_delay", 0.0,
-        "time from a setpoint to the motors, as that of drives that play setpoints out: measured "
-        "heights are compared with the setpoint of then, and outputs on a path wait for so long",
-        "s", 0.0, 0.5),
+    DRIVE_DELAY,
     Parameter("drives_enable", "",
         "service that gives the drives torque (std_srvs/SetBool): `~/enable` asks it first, and "
         "takes the torque away last; empty for none"),
@@ -599,18 +601,29 @@ CIA402_NODE = (
     *SYSTEM,
 )
 
-PICK_NODE = (
+# Of a belt and a gripper.
+CELL = (
     BASE_FRAME,
     Parameter("belt_joint", "belt", "name of the belt in `belt_states`", told=True),
     Parameter("belt_direction", (1.0, 0.0, 0.0),
         "in which the belt runs when its position gets larger; of any length but 0", "",
         -1e6, 1e6, told=True),
-    Parameter("metres_per_count", 1.0,
-        "way of the belt for 1 in `belt_states`: 1 where that tells metres", "m", 1e-9, 10.0,
-        told=True),
     Parameter("belt_resolution", 1e-4, "one step of the belt's encoder", "m", 1e-7, 0.01),
     Parameter("belt_wrap", 0.0,
         "way after which the encoder begins again; 0 for never", "m", 0.0, 1e6),
+    Parameter("gripper_point", ZEROS, "of the gripper, from that of the platform", *PLACE),
+    Parameter("gripper_output", "gripper",
+        "name of the output that closes with 1 and opens with 0"),
+    Parameter("gripper_number", 0, "number of that output", "", 0, 1000),
+)
+
+PICK_NODE = (
+    *GEOMETRY,
+    DRIVE_DELAY,
+    *CELL,
+    Parameter("metres_per_count", 1.0,
+        "way of the belt for 1 in `belt_states`: 1 where that tells metres", "m", 1e-9, 10.0,
+        told=True),
     Parameter("belt_timeout", 0.1,
         "without a message of the belt for longer than this, no part is picked", "s", 0.01, 10.0),
     Parameter("cameras", ("camera",), "frames of the cameras", any_size=True),
@@ -627,10 +640,6 @@ PICK_NODE = (
     Parameter("view_noise", 0.001, "standard deviation of one view of a part", "m", 1e-6, 0.1),
     Parameter("window", (-0.1, 0.1),
         "first and last way along the belt at which a part is gripped", *PLACE, told=True),
-    Parameter("gripper_point", ZEROS, "of the gripper, from that of the platform", *PLACE),
-    Parameter("gripper_output", "gripper",
-        "name of the output that closes with 1 and opens with 0"),
-    Parameter("gripper_number", 0, "number of that output", "", 0, 1000),
     Parameter("closing_time", 0.02, "from the output to the closed gripper", "s", 0.0, 5.0),
     Parameter("opening_time", 0.02, "from the output to the open gripper", "s", 0.0, 5.0),
     Parameter("part_dwell", 0.03,
@@ -661,6 +670,34 @@ PICK_NODE = (
     Parameter("taught_file", "",
         "file that keeps what was taught, which takes the place of parameters; empty for "
         "tri_glide_kinematics/taught, of this namespace, in $XDG_STATE_HOME (~/.local/state)"),
+    *SYSTEM,
+)
+
+SIMULATED_CELL_NODE = (
+    *CELL,
+    Parameter("belt_speeds", (0.0, 0.1, 1.0),
+        "of the belt: when it changes [s], to which speed [m/s], at which acceleration [m/s^2]; "
+        "three for each change", "", -1e6, 1e6, any_size=True, told=True),
+    Parameter("belt_messages", 100.0, "messages of the belt per second", "1/s", 1.0, 1000.0),
+    Parameter("part_count", 200, "of parts", "", 1, 10_000),
+    Parameter("first_part", (-0.3, 0.0, 0.25), "where the first part lies at the start", *PLACE),
+    Parameter("part_distance", 0.12,
+        "mean distance of parts along the belt, which are at random", "m", 0.015, 100.0, told=True),
+    Parameter("part_width", 0.06, "of where parts lie at random, across the belt", "m", 0.0, 10.0),
+    Parameter("camera", "camera", "frame of the camera, which is that of the machine"),
+    Parameter("camera_view", (-0.3, -0.15), "from where to where along the belt it sees", *PLACE),
+    Parameter("picture_rate", 30.0, "pictures per second", "1/s", 0.1, 1000.0),
+    Parameter("picture_delay", 0.05, "until a picture is told", "s", 0.0, 5.0),
+    Parameter("picture_noise", 0.0005,
+        "standard deviation of a view of a part, in each of x and y", "m", 0.0, 0.1),
+    Parameter("view_faults", ZEROS,
+        "fractions of the views that are missing, that have no id, and that have another id",
+        *PART),
+    Parameter("gripper_delay", 0.02,
+        "from the output to the closed or open gripper", "s", 0.0, 5.0),
+    Parameter("gripper_reach", 0.003, "how far from its point it takes a part", "m", 0.0, 1.0),
+    Parameter("gripper_losses", 0.0, "fraction of the parts that it loses", *PART),
+    Parameter("seed", 1, "of all that is at random", "", 0, 2**31 - 1),
     *SYSTEM,
 )
 
@@ -702,6 +739,7 @@ NODES = {
     "cia402_node": CIA402_NODE,
     "calibration_node": CALIBRATION_NODE,
     "pick_node": PICK_NODE,
+    "simulated_cell_node": SIMULATED_CELL_NODE,
     "panel_node": PANEL_NODE,
 }
 

@@ -59,6 +59,9 @@ def test_measurements_in_one_place_are_refused():
         calibrate(GEOMETRY, touches)
 
 
+HIGH = Plate("bed", 50.0)
+
+
 @pytest.mark.parametrize(
     ("change", "question"),
     [
@@ -79,18 +82,12 @@ def test_measurements_in_one_place_are_refused():
             lambda: {"distances": [replace(DISTANCES[0], distance=240.0)]},
             "length of distance 1 = 240 m, the longest arm 0.4 m: is it in millimetres",
         ),
-        (
-            lambda: {"distances": [replace(DISTANCES[0], distance=240e-6)]},
-            "length of distance 1 = 0.00024 m, .*in metres",
-        ),
+        (lambda: {"distances": [replace(DISTANCES[0], distance=240e-6)]}, "0.00024 m, .*in metres"),
         (
             lambda: {"positions": [MeasuredPosition(TOUCHES[0].heights, (0.0, 120.0, 0.0))]},
             "coordinate of position 1 = 120 m, .*in millimetres",
         ),
-        (
-            lambda: {"touches": [replace(one, plate=Plate("bed", 50.0)) for one in TOUCHES]},
-            "height of plate 'bed' = 50 m",
-        ),
+        (lambda: {"touches": [replace(o, plate=HIGH) for o in TOUCHES]}, "plate 'bed' = 50 m"),
     ],
 )
 def test_units_that_are_wrong_by_a_thousand_are_asked_about(change, question):

@@ -143,10 +143,7 @@ def test_what_a_file_leaves_out_has_a_default(load):
         ({"nominal": {**NOMINAL_KEYS, "arm_lengths": [1, 1, 1]}}, "nominal: arms of .* never meet"),
         ({"nominal": {"arm_lengths": [1, 1, 1]}}, "nominal, anchors: is missing"),
         ({"measurements": []}, "measurements: is not known here"),
-        (
-            {"workspace": SPACE | {"lower_heights": [300, 300]}},
-            "workspace, lower_heights: is .* 3 numbers",
-        ),
+        ({"workspace": SPACE | {"lower_heights": [300, 300]}}, "workspace, lower_heights: .* 3 "),
         (
             {"workspace": SPACE | {"upper_heights": [900, 900, 100]}},
             r"upper_heights\[2\] = 0.1 m must be greater than",

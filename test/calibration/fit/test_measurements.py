@@ -1,6 +1,7 @@
 """Numbers of measurements, priors and machines are checked where they are made."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -36,9 +37,9 @@ HEIGHTS = (0.6, 0.61, 0.62)
         (lambda: Priors(anchors=0.0), OutOfBoundsError, "standard deviation of anchors"),
         (lambda: Priors(height_offsets=math.nan), NotFiniteError, "height_offsets = nan"),
         (
-            lambda: MachineParameters(NOMINAL.geometry, (0.0, math.nan, 0.0)),
+            lambda: replace(NOMINAL, height_offsets=(0, math.nan, 0)),
             NotFiniteError,
-            r"height_offsets\[1\] = nan",
+            r"ts\[1\] = nan",
         ),
     ],
 )

@@ -1,7 +1,5 @@
 """The fit of damped oscillations: its derivatives, what it finds, and how certain it says it is."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

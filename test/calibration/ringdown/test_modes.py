@@ -1,7 +1,5 @@
 """Modes from simulated swings: exact where they can be, and not known where they are not."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -152,13 +152,6 @@ def test_another_command_ends_it_in_any_phase():
     assert platform.probe.failure == "another"
 
 
-@pytest.mark.parametrize("state", [STOPPING, IDLE])
-def test_a_stop_that_a_late_twist_made_goes_on(state):
-    platform = on_its_way_down()
-    platform.probe.machine(told(state, Cause.TWISTS_SILENT), platform.now)
-    assert platform.run().failure is None
-
-
 def test_time_in_which_nobody_listened_is_no_silence():
     platform = on_its_way_down()
     platform.now += 0.4

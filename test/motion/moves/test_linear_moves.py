@@ -1,7 +1,5 @@
 """Linear plans: from rest against a lower bound, and in mid-motion without a step."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 

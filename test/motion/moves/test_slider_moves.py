@@ -1,7 +1,5 @@
 """Moves from rest to rest of any size, with limits of any size."""
 
-from __future__ import annotations
-
 import random
 from itertools import product
 

@@ -1,7 +1,5 @@
 """How soon a stop is over, where it leads, and what it costs; the bench has more states."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -25,9 +23,6 @@ COUNTS = {
     "paths at full speed": 4,
     "paths with a speed": 4,
 }
-
-
-# From the start of an arc to its centre [m].
 
 
 def kind_of(name: str) -> Kind:

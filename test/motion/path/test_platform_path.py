@@ -98,6 +98,9 @@ def test_the_work_of_many_segments_is_linear():
     assert work(5_000) < 11.0 * work(500)
 
 
+ORIGIN = (0.0, 0.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("make", "error", "text"),
     [
@@ -108,45 +111,25 @@ def test_the_work_of_many_segments_is_linear():
         (lambda: START.reversed(), EmptyPathError, "0 segments"),
         (lambda: at_once(START.driven_in_pieces()), EmptyPathError, "0 segments"),
         (lambda: START.line_to((0, 0, 0.2)), ShortSegmentError, "segment 1 ends where it begins"),
-        (
-            lambda: START.line_to((1, 0, 0)).line_to((math.inf, 0, 0)),
-            NotFiniteError,
-            r"end of segment 2\[0\] = inf",
-        ),
-        (
-            lambda: START.line_to((1, 0, 0), -1e-3),
-            OutOfBoundsError,
-            "tolerance of segment 1 = -0.001 m must be at least 0 m",
-        ),
+        (lambda: START.line_to((1, math.inf, 0)), NotFiniteError, r"end of segment 1\[1\] = inf"),
+        (lambda: START.line_to((1, 0, 0), -1e-3), OutOfBoundsError, "1 = -0.001 m must be at"),
         (lambda: START.line_to((1, 0, 0), math.nan), NotFiniteError, "tolerance of segment 1"),
         (lambda: START.line_to((1, 0, 0), 500.0), OutOfBoundsError, "tolerance of segment 1 = 500"),
-        (
-            lambda: START.line_to((1, 0, 0), speed=0.0),
-            OutOfBoundsError,
-            "speed of segment 1 = 0 m/s must be greater than 0 m/s",
-        ),
+        (lambda: START.line_to((1, 0, 0), speed=0), OutOfBoundsError, "1 = 0 m/s must be greater"),
         (lambda: START.line_to((1, 0, 0), speed=-1.0), OutOfBoundsError, "speed of segment 1 = -1"),
         (lambda: START.line_to((1, 0, 0), speed=math.inf), NotFiniteError, "speed of segment 1"),
-        (
-            lambda: START.arc_to((0.1, 0, 0.2), (0.2, 0, 0.2)),
-            NoArcError,
-            "segment 1 is no arc: its three points lie on one line",
-        ),
+        (lambda: START.arc_to((1, 0, 0.2), (2, 0, 0.2)), NoArcError, "1 is no arc: .* on one line"),
         (lambda: START.arc_to((0, 1, math.nan), (1, 0, 0)), NotFiniteError, "via of segment 1"),
         (lambda: START.arc_about((0, 0, 0), (0, 0, 1), 1.0), NoArcError, "begins on its axis"),
         (lambda: START.arc_about((1, 0, 0), (0, 0, 1), 1e9), OutOfBoundsError, "angle of segment"),
         (lambda: PlatformPath.through([]), WrongShapeError, "n at least 2"),
         (lambda: PlatformPath.through([(0, 0, 0)]), WrongShapeError, "n at least 2"),
         (lambda: PlatformPath.through([(0, 0), (1, 1)]), WrongShapeError, r"\(n, 3\)"),
+        (lambda: PlatformPath.through([ORIGIN, (0, math.nan, 0)]), NotFiniteError, r"\[1\]\[1\] ="),
         (
-            lambda: PlatformPath.through([(0, 0, 0), (0, math.nan, 0)]),
-            NotFiniteError,
-            r"points\[1\]\[1\]",
-        ),
-        (
-            lambda: PlatformPath.through([(0, 0, 0), (0, 0, 200)]),
+            lambda: PlatformPath.through([ORIGIN, (0, 0, 200)]),
             OutOfBoundsError,
-            r"points\[1\]\[2\] = 200",
+            r"\[1\]\[2\] = 200",
         ),
         (
             lambda: PlatformPath.through([(0, 0, 0), (1, 0, 0), (1, 0, 0), (2, 0, 0)]),

@@ -1,7 +1,5 @@
 """How long a path takes is told from an estimate and samples, without the plan of all of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from motion_machine import LIMITS, WORKSPACE

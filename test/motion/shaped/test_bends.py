@@ -1,7 +1,5 @@
 """How much a mean of places on a path cuts its bends, and how slow the platform has to be there."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from soak import some

@@ -1,7 +1,5 @@
 """Shaped trajectories: straight, inside all limits, and without a swing behind them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

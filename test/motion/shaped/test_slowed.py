@@ -1,7 +1,5 @@
 """A plan that is slowed down on its own way to rest."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from motion_machine import KINDS, LIMITS, MACHINE, TARGET, WORKSPACE

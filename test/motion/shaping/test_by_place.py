@@ -1,7 +1,5 @@
 """Modes that differ from place to place: the interpolation, and the shaper that is chosen."""
 
-from __future__ import annotations
-
 import math
 import random
 

@@ -1,7 +1,5 @@
 """Shapers against their closed forms, published ranges, and simulated modes."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

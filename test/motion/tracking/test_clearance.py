@@ -1,7 +1,5 @@
 """The certificate of a step: each of its guards refuses what it is there for."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The promise: after each step there is a way to rest on which all limits hold."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

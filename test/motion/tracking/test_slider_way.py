@@ -1,7 +1,5 @@
 """The shortest change of a velocity, in closed form, against ruckig."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Steps towards moving targets: caught up with, then followed without an error."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is told now and then: what it is, how it changes, and what of that is noise."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Steps towards velocities: straight, without lag, and to a halt before the edge."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

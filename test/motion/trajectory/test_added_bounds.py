@@ -1,7 +1,5 @@
 """Bounds that are added to the sliders' limits: how much of them a motion uses, proved in cells."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

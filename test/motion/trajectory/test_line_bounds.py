@@ -1,7 +1,5 @@
 """The bounds of a line plan hold between all samples, and are not much too large."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from motion_machine import MACHINE, WORKSPACE

@@ -1,7 +1,5 @@
 """The setpoint of a line plan at one instant, by its own formulas, is that of its samples."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from motion_machine import LIMITS, MACHINE

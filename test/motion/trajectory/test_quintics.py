@@ -1,7 +1,5 @@
 """Quintics between knots, against numpy's polynomials."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial

@@ -1,7 +1,5 @@
 """Slider moves from rest: straight in slider space, and no slower than that takes."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """When a motion is where on its line."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

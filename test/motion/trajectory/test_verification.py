@@ -1,7 +1,5 @@
 """What is verified of trajectories: extremes of heights, peaks below limits, the way inside."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

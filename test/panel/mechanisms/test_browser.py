@@ -7,8 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from joined_domain import joined_domain
-from mechanisms_rig import Rig, mechanism_nodes, page_server
+from mechanisms_rig import NAP, Rig, page_server
 
 from testing.browser import DESKTOP, PHONE, browser, find_browser
 from tri_glide_kinematics.mechanisms.pictures import BLUE, GREEN, ORANGE
@@ -17,6 +16,7 @@ from tri_glide_kinematics.panel.mechanisms import PALE, rgb
 from tri_glide_kinematics.panel.tabs import CurveLimits, Curves
 
 pytestmark = [
+    # It starts none, but a browser is as much to do as they are.
     pytest.mark.nodes,
     pytest.mark.slow,
     pytest.mark.skipif(find_browser() is None, reason="no browser is installed"),
@@ -35,13 +35,6 @@ def option(text):
     )
 
 
-def pressable(text):
-    return (
-        "[...document.querySelectorAll('button')]"
-        f".find((e) => e.textContent.trim() === '{text}' && e.offsetParent)"
-    )
-
-
 class Screen:
     """One page that shows the tab and the curves, while somebody steps both."""
 
@@ -55,9 +48,9 @@ class Screen:
         now = time.monotonic()
         self.rig.tab.step(now)
         heights = (0.5 + 0.1 * math.sin(3.0 * now), 0.6, 0.7)
-        self.curves.add(now, heights, (0.3, 0.0, -0.3), (3.0, 0.0, -3.0))
+        self.curves.history.add(now, heights, (0.3, 0.0, -0.3), (3.0, 0.0, -3.0))
         self.curves.draw(now)
-        self.rig.probe.spin_once(0.01)
+        time.sleep(NAP)
 
     def open(self):
         self.page.open(f"http://127.0.0.1:{self.rig.server.get_port()}", DESKTOP)
@@ -102,20 +95,17 @@ class Screen:
 
 
 @pytest.fixture(scope="module")
-def screen(tmp_path_factory):
+def screen():
     with (
-        joined_domain() as context,
-        mechanism_nodes(tmp_path_factory.mktemp("nodes")) as (_, namespace),
         page_server() as server,
         browser() as running,
     ):
         server.gui.main_panel.dock_right()
         light_plainly(server.scene)
-        rig = Rig(context, namespace, server)
+        rig = Rig(server)
         screen = Screen(rig, running.page())
         screen.open()
         yield screen
-        rig.close()
 
 
 def places(pixels, colour):
@@ -142,19 +132,6 @@ def test_a_chosen_mechanism_is_drawn_beside_the_machine(screen):
 
     screen.wait_for_pixels(is_beside_the_machine, "the drawing beside the machine")
     screen.text_appears("The cranks turn fully on this branch.")
-
-
-def test_another_position_is_followed_and_turning_points_are_marked(screen):
-    screen.choose("f_mechanism_example_2")
-    before = screen.wait_for_pixels(lambda now: len(places(now, BLUE)) > 1000, "the drawing")
-    screen.page.click(pressable("Follow the next position"))
-    screen.text_appears("The cranks turn back at")
-    screen.wait_for_pixels(
-        lambda now: (np.abs(now - before).max(axis=2) > 60).sum() > 1000,
-        "another drawing",
-    )
-    # Beside each mark its crank angle is drawn, and the words name it, too.
-    screen.text_appears("169.6°")
 
 
 def test_curves_are_drawn_and_go_on(screen):

@@ -1,7 +1,5 @@
 """Fit: a mechanism of any size at a good size, which stays while a length is being changed."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Track: places along a branch, and the way that the crank goes along it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Requests that the tab makes of the files, answered by what mechanism_node answers with."""
+"""Positions and branches of the mechanisms of the files, with the numbers that a person changes."""
 
 from __future__ import annotations
 
@@ -8,47 +8,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tri_glide_interfaces.srv import SolveFMechanism, SolveFourBar, TraceFMechanism, TraceFourBar
 from tri_glide_kinematics.mechanisms import load_mechanism
-from tri_glide_kinematics.panel.mechanisms import example_files, questions_about
-from tri_glide_kinematics.ros import mechanisms as mechanism_messages
-from tri_glide_kinematics.ros.mechanisms import check_numbers
+from tri_glide_kinematics.panel.mechanisms import example_files, shown_of
 
 CONFIG = Path(__file__).parents[3] / "config"
 FILES = example_files(CONFIG)
-FILL = {
-    SolveFourBar: mechanism_messages.solve_four_bar,
-    TraceFourBar: mechanism_messages.trace_four_bar,
-    SolveFMechanism: mechanism_messages.solve_f_mechanism,
-    TraceFMechanism: mechanism_messages.trace_f_mechanism,
-}
 
 
-def ask(service, request):
-    answer = service.Response()
-    check_numbers(request)
-    FILL[service](request, answer)
-    answer.success = True
-    return answer
+def shown_with_values(name):
+    shown = shown_of(FILES[name])
+    return shown, [item.value for item in shown.dimensions]
 
 
-def questions_of(name):
-    questions = questions_about(FILES[name])
-    return questions, [item.value for item in questions.dimensions]
-
-
-def solved(questions, values, crank_angle):
-    return ask(questions.solve_service, questions.solve_request(values, crank_angle))
-
-
-def branch_of(questions, values, crank_angle, key):
-    answer = solved(questions, values, crank_angle)
-    request = questions.trace_request(values, crank_angle, key, answer)
-    return questions.branch(request, ask(questions.trace_service, request))
-
-
-def lengths_of(questions, position):
-    lines = questions.skeleton.lines(position.points)
+def lengths_of(shown, position):
+    lines = shown.skeleton.lines(position.points)
     return np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1)
 
 
@@ -59,18 +32,18 @@ def test_the_planar_mechanisms_of_the_folder_are_found():
         "four_bar_sheet",
         "four_bar_textbook",
     ]
-    assert questions_about(load_mechanism(CONFIG / "landing_gear.yaml")) is None
+    assert shown_of(load_mechanism(CONFIG / "landing_gear.yaml")) is None
     assert example_files(CONFIG / "nowhere") == {}
 
 
 def test_a_four_bar_is_asked_and_drawn_as_the_textbook_says():
-    questions, values = questions_of("four_bar_textbook")
-    positions = questions.positions(solved(questions, values, math.radians(30.0)))
+    shown, values = shown_with_values("four_bar_textbook")
+    positions = shown.positions(values, math.radians(30.0))
     assert [position.text.split(",")[0] for position in positions] == ["open", "crossed"]
     for position in positions:
-        assert lengths_of(questions, position)[:3] == pytest.approx([0.02, 0.09, 0.07])
+        assert lengths_of(shown, position)[:3] == pytest.approx([0.02, 0.09, 0.07])
         crank_pivot, crank_pin, rocker_pin, rocker_pivot, point = position.points
-        assert np.array([crank_pivot, rocker_pivot]) == pytest.approx(questions.pivots(values))
+        assert np.array([crank_pivot, rocker_pivot]) == pytest.approx(shown.pivots(values))
         along, across = 0.035, 0.02
         way = (rocker_pin - crank_pin) / 0.07
         left = np.array([-way[1], way[0]])
@@ -81,17 +54,17 @@ def test_a_four_bar_is_asked_and_drawn_as_the_textbook_says():
 
 
 def test_the_sheet_starts_in_the_position_that_is_given():
-    questions, values = questions_of("four_bar_sheet")
-    assert math.degrees(questions.crank_angle) == pytest.approx(34.947102)
-    positions = questions.positions(solved(questions, values, questions.crank_angle))
-    crossed = positions[round(questions.key)]
+    shown, values = shown_with_values("four_bar_sheet")
+    assert math.degrees(shown.crank_angle) == pytest.approx(34.947102)
+    positions = shown.positions(values, shown.crank_angle)
+    crossed = positions[round(shown.key)]
     assert crossed.points[2] == pytest.approx([0.028332, 0.046047])
-    assert questions.pivots(values)[1] == pytest.approx([-0.074783, 0.004195])
+    assert shown.pivots(values)[1] == pytest.approx([-0.074783, 0.004195])
 
 
 def test_a_limited_crank_is_traced_from_limit_to_limit():
-    questions, values = questions_of("four_bar_sheet")
-    branch = branch_of(questions, values, questions.crank_angle, questions.key)
+    shown, values = shown_with_values("four_bar_sheet")
+    branch = shown.branch(values, shown.crank_angle, shown.key)
     low, high = FILES["four_bar_sheet"].mechanism.crank_ranges[1]
     assert not branch.track.closed
     assert branch.track.crank_angles[[0, -1]] == pytest.approx([low, high])
@@ -108,23 +81,22 @@ def test_a_limited_crank_is_traced_from_limit_to_limit():
 
 
 def test_the_other_range_of_a_limited_crank_is_traced_in_it():
-    questions, values = questions_of("four_bar_sheet")
+    shown, values = shown_with_values("four_bar_sheet")
     low, high = FILES["four_bar_sheet"].mechanism.crank_ranges[0]
     middle = 0.5 * (low + high)
-    branch = branch_of(questions, values, middle + math.tau, 0.0)
+    branch = shown.branch(values, middle + math.tau, 0.0)
     assert branch.track.crank_angles[[0, -1]] == pytest.approx([low, high])
     # On the limit itself, seen from either side.
     for start in (low, high, low + 1e-15, high - 1e-15):
-        answer = solved(questions, values, middle)
-        request = questions.trace_request(values, start, 0.0, answer)
-        assert request.sweep.start_angle == pytest.approx(low)
+        angles = shown.branch(values, start, 0.0).track.crank_angles
+        assert angles[0] == pytest.approx(low)
 
 
 def test_a_full_crank_is_traced_once_around_and_the_rocker_turns_back_twice():
-    questions, values = questions_of("four_bar_textbook")
-    branch = branch_of(questions, values, questions.crank_angle, 0.0)
+    shown, values = shown_with_values("four_bar_textbook")
+    branch = shown.branch(values, shown.crank_angle, 0.0)
     assert branch.track.closed
-    curve, pins = (branch.points[:, index] for index in questions.paths)
+    curve, pins = (branch.points[:, index] for index in shown.paths)
     assert curve[0] == pytest.approx(curve[-1])
     assert len(branch.marks) == 2
     # There the rocker is at an end of its way: the pins farthest apart are the marks.
@@ -134,9 +106,9 @@ def test_a_full_crank_is_traced_once_around_and_the_rocker_turns_back_twice():
 
 
 def test_a_branch_of_the_f_mechanism_is_followed_through_its_turning_points():
-    questions, values = questions_of("f_mechanism_example_2")
+    shown, values = shown_with_values("f_mechanism_example_2")
     start = math.radians(146.0)
-    turning = branch_of(questions, values, start, math.radians(-75.7))
+    turning = shown.branch(values, start, math.radians(-75.7))
     assert turning.track.closed
     assert "cannot turn fully" in turning.text
     assert len(turning.marks) == 4
@@ -149,44 +121,42 @@ def test_a_branch_of_the_f_mechanism_is_followed_through_its_turning_points():
     }
     labels = {mark.label for mark in turning.marks}
     assert labels == {"169.6°", "135°", "-109.8°", "-65.81°"}
-    full = branch_of(questions, values, start, math.radians(-0.98))
+    full = shown.branch(values, start, math.radians(-0.98))
     assert "The cranks turn fully" in full.text
     assert not full.marks
     assert full.track.crank_angles[-1] - start == pytest.approx(math.tau)
 
 
 def test_the_keys_of_a_track_are_those_of_the_positions():
-    questions, values = questions_of("f_mechanism_example_2")
-    branch = branch_of(questions, values, math.radians(146.0), math.radians(-75.7))
+    shown, values = shown_with_values("f_mechanism_example_2")
+    branch = shown.branch(values, math.radians(146.0), math.radians(-75.7))
     source = np.random.default_rng(3)
     for place in source.uniform(0.0, branch.track.end, 60):
-        answer = solved(questions, values, branch.track.crank_angle(place))
-        keys = [position.key for position in questions.positions(answer)]
-        distances = [questions.distance(key, branch.track.key(place)) for key in keys]
+        positions = shown.positions(values, branch.track.crank_angle(place))
+        keys = [position.key for position in positions]
+        distances = [shown.distance(key, branch.track.key(place)) for key in keys]
         assert min(distances) < math.radians(0.5)
 
 
-def test_changed_numbers_are_in_the_requests():
-    questions, _ = questions_of("four_bar_textbook")
-    request = questions.solve_request([0.1 * n for n in range(1, 7)], 2.0)
-    linkage = request.linkage
-    assert (linkage.crank, linkage.coupler, linkage.rocker, linkage.ground) == pytest.approx(
-        (0.1, 0.2, 0.3, 0.4)
-    )
-    assert (request.coupler_point.x, request.coupler_point.y) == pytest.approx((0.5, 0.6))
-    questions, _ = questions_of("f_mechanism_example_2")
-    request = questions.solve_request([0.1 * n for n in range(1, 9)], 2.0)
-    assert request.mechanism.crank_lengths == pytest.approx([0.1, 0.2, 0.3])
-    assert request.mechanism.rod_lengths == pytest.approx([0.4, 0.5, 0.6])
-    assert (request.mechanism.phase_b, request.mechanism.phase_c) == pytest.approx((0.7, 0.8))
-    assert request.mechanism.counter_rotating
+def test_changed_numbers_are_those_of_the_mechanism():
+    shown, _ = shown_with_values("four_bar_textbook")
+    linkage = shown.linkage([0.1, 0.2, 0.3, 0.35, 0.5, 0.6])
+    assert (linkage.crank, linkage.coupler, linkage.rocker) == (0.1, 0.2, 0.3)
+    assert linkage.ground == 0.35
+    shown, _ = shown_with_values("f_mechanism_example_2")
+    values = [0.1 * n for n in range(1, 9)]
+    mechanism = shown.mechanism(values)
+    linkage = mechanism.linkage
+    assert [*linkage.cranks, *linkage.rods] == pytest.approx(values[:6])
+    assert (mechanism.phase_b, mechanism.phase_c) == pytest.approx((0.7, 0.8))
+    assert linkage.speeds[1] < 0.0, "it is counter-rotating"
 
 
 @pytest.mark.parametrize("name", FILES)
 def test_what_a_slider_shows_is_what_it_reads(name):
-    questions, _ = questions_of(name)
-    for item in questions.dimensions:
+    shown, _ = shown_with_values(name)
+    for item in shown.dimensions:
         assert item.lowest < item.value < item.highest
         assert item.read(item.shown(item.value)) == pytest.approx(item.value)
         assert item.unit == ("deg" if item.is_angle else "mm")
-    assert solved(questions, [item.value for item in questions.dimensions], questions.crank_angle)
+    assert shown.positions([item.value for item in shown.dimensions], shown.crank_angle)

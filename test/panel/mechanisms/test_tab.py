@@ -1,41 +1,24 @@
-"""The mechanisms tab on a real page server, asking a real mechanism_node."""
+"""The mechanisms tab on a real page server."""
 
 from __future__ import annotations
 
 import math
 import time
+from concurrent.futures import Executor, Future
 
 import numpy as np
 import pytest
-from joined_domain import joined_domain
-from mechanisms_rig import NAP, Rig, mechanism_nodes, page_server
+from mechanisms_rig import CONFIG, Rig, page_server
 
-from tri_glide_interfaces.srv import SolveFMechanism
-from tri_glide_kinematics.panel.mechanisms import NONE, view_of
+from tri_glide_kinematics.panel.mechanisms import NONE, example_files, shown_of, view_of
+from tri_glide_kinematics.panel.mechanisms.show import Show
 from tri_glide_kinematics.settings import IK_NODE
 
-pytestmark = pytest.mark.nodes
-
 
 @pytest.fixture(scope="module")
-def context():
-    with joined_domain() as context:
-        yield context
-
-
-@pytest.fixture(scope="module")
-def nodes(context, tmp_path_factory):
-    with mechanism_nodes(tmp_path_factory.mktemp("nodes")) as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def rig(context, nodes):
-    _, namespace = nodes
+def rig():
     with page_server() as server:
-        rig = Rig(context, namespace, server)
-        yield rig
-        rig.close()
+        yield Rig(server)
 
 
 @pytest.mark.parametrize("size", [(956, 720), (316, 480), (360, 640), (800, 800)])
@@ -169,43 +152,39 @@ def test_beyond_a_limit_the_reason_is_told_and_the_branch_stays(rig):
 def test_none_takes_everything_away(rig):
     rig.choose("four_bar_textbook")
     rig.tab.choice.value = NONE
-    rig.wait_for(lambda: not rig.tab.drawing.is_seen, "an empty scene")
+    rig.wait_for(lambda: not rig.tab.drawing.root.visible, "an empty scene")
     assert rig.tab.words.content == ""
     assert rig.tab.sliders == []
 
 
-def test_of_many_wishes_the_newest_is_answered_and_few_are_sent(rig):
-    newest = rig.requests.newest_of(SolveFMechanism)
-    answers = []
-    for number in range(200):
-        newest.ask(SolveFMechanism.Request(crank_angle=float(number)), number)
-        answers.append(newest.take(time.monotonic()))
-    while_asking = [answer for answer in answers if answer is not None]
-    # Nothing was waited for: the first was sent, and no other before its answer.
-    assert len(while_asking) <= 2
+class LateWorker(Executor):
+    """Does what it is asked for when somebody says so."""
 
-    def last():
-        answer = newest.take(time.monotonic())
-        answers.append(answer)
-        return answer is not None and answer[0].about == 199
+    def __init__(self):
+        self.asked = []
 
-    rig.probe.wait_for(last, "the answer to the newest", longest_nap=NAP)
-    answered = [answer[0].about for answer in answers if answer is not None]
-    assert answered == sorted(answered)
-    assert len(answered) < 10
+    def submit(self, work, *arguments):
+        self.asked.append((Future(), work, arguments))
+        return self.asked[-1][0]
+
+    def finish(self):
+        future, work, arguments = self.asked[-1]
+        future.set_result(work(*arguments))
 
 
-def test_without_the_node_the_tab_says_so_and_goes_on_when_it_comes(context, nodes):
-    launcher, namespace = nodes
-    later = f"{namespace}_later"
-    with page_server() as server:
-        rig = Rig(context, later, server)
-        rig.tab.choice.value = "four_bar_textbook"
-        rig.wait_for(lambda: "mechanism_node is not running" in rig.tab.words.content, "the words")
-        launcher.start("mechanism_node", namespace=later)
-        rig.wait_for(lambda: rig.is_visible("path_0"), "the mechanism")
-        assert "not running" not in rig.tab.words.content
-        rig.close()
+def test_of_many_branches_that_are_wanted_the_newest_is_traced_behind_the_first():
+    shown, worker = shown_of(example_files(CONFIG)["four_bar_textbook"]), LateWorker()
+    show = Show(shown, worker)
+    values = [item.value for item in shown.dimensions]
+    for part in (1.0, 1.01, 1.02, 1.03):
+        show.change([part * values[0], *values[1:]])
+        assert show.step(), "positions are there at once"
+    assert [arguments[0][0] for *_, arguments in worker.asked] == [values[0]]
+    for _ in range(2):
+        worker.finish()
+        show.step()
+    assert [arguments[0][0] for *_, arguments in worker.asked] == [values[0], 1.03 * values[0]]
+    assert show.branch is not None
 
 
 def test_the_crank_turns_with_the_speed_that_is_asked_for(rig):

@@ -1,7 +1,5 @@
 """Histories: bins of the last seconds."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

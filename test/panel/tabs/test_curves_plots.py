@@ -26,7 +26,7 @@ def curves(server):
 
 
 def test_curves_and_limits_are_drawn_in_their_units(curves):
-    curves.add(5.0, (0.4, 0.5, 0.6), (0.1, -0.2, 0.3), (1.0, 2.0, -3.0))
+    curves.history.add(5.0, (0.4, 0.5, 0.6), (0.1, -0.2, 0.3), (1.0, 2.0, -3.0))
     curves.draw(5.0)
     newest = [[column[-1] for column in plot.data] for plot in curves.plots]
     assert newest[0] == pytest.approx([0.0, 400.0, 500.0, 600.0, 300.0, 900.0])
@@ -40,7 +40,7 @@ def test_curves_and_limits_are_drawn_in_their_units(curves):
 
 
 def test_a_few_times_a_second_and_on_without_samples(curves):
-    curves.add(100.0, (0.4, 0.5, 0.6), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    curves.history.add(100.0, (0.4, 0.5, 0.6), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     changes, before = 0, None
     for step in range(300):
         curves.draw(100.0 + step / 100.0)
@@ -73,7 +73,9 @@ def test_many_samples_cost_no_more_than_a_few(curves):
         sent[rate] = 0
         for step in range(3 * rate):
             now = begin + step / rate
-            curves.add(now, (0.4, 0.5, 0.6), (np.sin(now), 0.2, 0.3), (np.cos(now), 0.0, 0.0))
+            curves.history.add(
+                now, (0.4, 0.5, 0.6), (np.sin(now), 0.2, 0.3), (np.cos(now), 0.0, 0.0)
+            )
             curves.draw(now)
             if plot.data is not last:
                 last = plot.data
@@ -96,7 +98,7 @@ def test_a_swing_is_seen_as_long_as_it_is_told(swing):
     assert not swing.draw(10.0)
     assert not swing.plot.visible
     times = 10.0 + np.arange(500) / 500.0
-    swing.add(times, shaken(times))
+    swing.history.add(times, shaken(times))
     assert swing.draw(11.0)
     assert swing.plot.visible
     ages, x, y, z = swing.plot.data
@@ -114,14 +116,14 @@ def test_a_swing_is_seen_as_long_as_it_is_told(swing):
 )
 def test_the_range_holds_the_largest_acceleration(swing, size, largest):
     times = 10.0 + np.arange(1000) / 500.0
-    swing.add(times, shaken(times, size))
+    swing.history.add(times, shaken(times, size))
     swing.draw(12.0)
     assert swing.plot.scales["y"]["range"] == (-largest, largest)
 
 
 def test_a_slow_sensor_makes_one_curve(swing):
     times = 10.0 + np.arange(100) / 60.0
-    swing.add(times, shaken(times))
+    swing.history.add(times, shaken(times))
     swing.draw(12.0)
     ages, x, *_ = swing.plot.data
     assert ages == pytest.approx(times - 12.0, abs=0.01)

@@ -1,7 +1,5 @@
 """Where the handle is let go, and by whom."""
 
-from __future__ import annotations
-
 from tri_glide_kinematics.panel.tabs.live_view import Drag
 
 OPERATOR, OTHER = 0, 1

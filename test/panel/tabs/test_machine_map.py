@@ -7,7 +7,7 @@ import pytest
 from strategies import is_inside
 
 from tri_glide_kinematics.control import TEACH_SPEED
-from tri_glide_kinematics.panel.machine import MachineFacts
+from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.tabs.machine_map import (
     COLORS,
     OPACITY,

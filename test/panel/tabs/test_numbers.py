@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine import MachineFacts, bar, note, table
+from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.machine_scene import Pose
 from tri_glide_kinematics.panel.tabs.live_view import edge_distance, edge_row, numbers_table
+from tri_glide_kinematics.panel.words import bar, note, table
 from tri_glide_kinematics.settings import IK_NODE
 
 FACTS = MachineFacts({parameter.name: parameter.default for parameter in IK_NODE})

@@ -16,7 +16,8 @@ from soak import some
 from viser import GuiEvent
 
 from testing.client import Probe
-from tri_glide_kinematics.panel.machine import MachineLink, OperatorRequests
+from tri_glide_kinematics.panel.link import MachineLink
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.tabs import PointsTab
 from tri_glide_kinematics.panel.tabs.points_tab import (
     Point,

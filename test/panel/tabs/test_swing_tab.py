@@ -16,12 +16,8 @@ from viser import GuiEvent
 from testing.client import Probe
 from testing.swings import strongest_frequency
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine import (
-    MachineFacts,
-    MachineLink,
-    OperatorRequests,
-    SwingFeed,
-)
+from tri_glide_kinematics.panel.link import MachineFacts, MachineLink, SwingFeed
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.tabs import SwingTab
 from tri_glide_kinematics.panel.tabs.curves import SWING_SPAN, Shaping
 from tri_glide_kinematics.settings import IK_NODE

@@ -9,7 +9,7 @@ import pytest
 
 ASK = """
 import json, os, resource, sys, threading
-from tri_glide_kinematics.ros.starting.realtime import refusals
+from tri_glide_kinematics.ros.starting.run import refusals
 
 values, is_poor = json.loads(sys.argv[1]), json.loads(sys.argv[2])
 if is_poor:
@@ -89,8 +89,8 @@ def test_what_is_allowed_is_given():
 def test_a_thread_wakes_within_a_microsecond_of_its_time():
     get_slack = 30
     program = (
-        "import ctypes; from tri_glide_kinematics.ros.starting import realtime; "
-        "realtime.wake_in_time(); "
+        "import ctypes; from tri_glide_kinematics.ros.starting import run; "
+        "run.wake_in_time(); "
         f"print(ctypes.CDLL(None).prctl({get_slack}))"
     )
     done = subprocess.run(

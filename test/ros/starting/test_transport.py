@@ -57,18 +57,15 @@ def test_another_value_is_refused():
     assert str(raised.value) == "TRI_GLIDE_TRANSPORT = 'Cell' must be one of computer, cell"
 
 
+CYCLONE = {"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}
+
+
 @pytest.mark.parametrize("name", SET_UPS)
 @pytest.mark.parametrize(
     ("own", "can_stall"),
     [
-        ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, False),
-        (
-            {
-                "RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp",
-                "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            },
-            False,
-        ),
+        (CYCLONE, False),
+        ({**CYCLONE, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, False),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}, True),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, True),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}, True),

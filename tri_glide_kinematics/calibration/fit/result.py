@@ -79,46 +79,6 @@ class Proposal:
     volume: float = 1.0
 
 
-def next_points(
-    solution: Solution,
-    knowledge: Knowledge,
-    unknowns: Unknowns,
-    measured: Sequence[Measurement],
-    count: int,
-    kinds: Mapping[str, float] | None,
-    workspace: Workspace | None,
-) -> tuple[Proposal, ...]:
-    """Return ``count`` proposals; see ``Calibration.next_points``.
-
-    Raises:
-        OutOfBoundsError: if ``count`` is negative.
-        CalibrationError: if there is no such kind of measurement.
-    """
-    if count < 0:
-        raise OutOfBoundsError("count", count, "at least 0")
-    chosen_kinds = dict(kinds) if kinds is not None else _kinds_of(measured)
-    for kind in chosen_kinds:
-        if kind not in KINDS:
-            raise CalibrationError(f"{kind!r} is no kind of measurement: {', '.join(KINDS)} are")
-    candidates = _candidates(solution.state, measured, chosen_kinds, workspace)
-    if not candidates:
-        return ()
-    model = MeasurementModel([one.measurement for one in candidates], unknowns)
-    matrix = model.equations(solution.state)[1]
-    rows = [_in_scale(matrix[part], knowledge.scale) for part in model.rows]
-    information = information_of(solution, knowledge)
-    proposals: list[Proposal] = []
-    volume = 1.0
-    left = list(range(len(candidates)))
-    while left and len(proposals) < count:
-        gains = gains_of([rows[i] for i in left], information)
-        best = left.pop(first_largest(gains))
-        information = information + rows[best].T @ rows[best]
-        volume *= float(np.exp(-0.5 * gains.max()))
-        proposals.append(replace(candidates[best], volume=volume))
-    return tuple(proposals)
-
-
 def information_of(solution: Solution, knowledge: Knowledge) -> FloatArray:
     """Return the information about u and all other unknowns, that of the priors included."""
     matrix = _in_scale(solution.matrix, knowledge.scale)
@@ -502,16 +462,38 @@ class Calibration:
             kinds: ``touch``, ``position``, ``distance``, each with its standard deviation [m];
                 those that were measured so far if None.
             workspace: in which the platform has to stay.
+
+        Raises:
+            OutOfBoundsError: if ``count`` is negative.
+            CalibrationError: if there is no such kind of measurement.
         """
-        return next_points(
-            self._solution,
-            self._knowledge,
-            self._unknowns,
-            [one.measurement for one in self.residuals],
-            count,
-            kinds,
-            workspace,
-        )
+        if count < 0:
+            raise OutOfBoundsError("count", count, "at least 0")
+        state, scale = self._solution.state, self._knowledge.scale
+        measured = [one.measurement for one in self.residuals]
+        chosen_kinds = dict(kinds) if kinds is not None else _kinds_of(measured)
+        for kind in chosen_kinds:
+            if kind not in KINDS:
+                raise CalibrationError(
+                    f"{kind!r} is no kind of measurement: {', '.join(KINDS)} are"
+                )
+        candidates = _candidates(state, measured, chosen_kinds, workspace)
+        if not candidates:
+            return ()
+        model = MeasurementModel([one.measurement for one in candidates], self._unknowns)
+        matrix = model.equations(state)[1]
+        rows = [_in_scale(matrix[part], scale) for part in model.rows]
+        information = information_of(self._solution, self._knowledge)
+        proposals: list[Proposal] = []
+        volume = 1.0
+        left = list(range(len(candidates)))
+        while left and len(proposals) < count:
+            gains = gains_of([rows[i] for i in left], information)
+            best = left.pop(first_largest(gains))
+            information = information + rows[best].T @ rows[best]
+            volume *= float(np.exp(-0.5 * gains.max()))
+            proposals.append(replace(candidates[best], volume=volume))
+        return tuple(proposals)
 
     def _deviations(self, rows: FloatArray) -> FloatArray:
         """Return the standard deviations of linear functions of the parameters. Shape (n,)."""

@@ -10,8 +10,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Protocol
 
-from tri_glide_kinematics.drives.frames import CobId, Frame
-from tri_glide_kinematics.drives.slcan import LineReader, encoded
+from tri_glide_kinematics.drives.frames import CobId, Frame, LineReader, encoded
 
 # Longest time between two looks at the drives behind a terminal [s].
 LONGEST_WAIT = 0.005

@@ -95,16 +95,18 @@ class Transferring:
             age: time from that of its position to the present setpoint [s].
 
         Returns:
-            Whether that is begun: not while another plan is made, or the stop is not the next.
+            Whether that is begun: not while another plan is made, or the stop is not the next, or
+            did not move when the transfer was planned.
         """
         held, time = self._holder.held, self._holder.time
         plan = held.transfer
         if plan is None or self._plans.preparation is not None or held.brakes:
             return False
-        if plan.gives_up is not None or plan.first + plan.present(time)[0] != stop:
+        index = plan.present(time)[0]
+        if plan.gives_up is not None or plan.first + index != stop or not plan.legs[index].moves:
             return False
         start = time + self._plans.lead(self._renewal_lead_time)
-        making = partial(self._renewed, motion, self._holder.elapsed - age)
+        making = partial(self._renewed, stop, motion, self._holder.elapsed - age)
         proved = self._plans.shaped_plans.proved(making)
         self._plans.begin(proved, None, start, self._renewal_lead_time)
         return True
@@ -161,11 +163,14 @@ class Transferring:
         return Replanned(HeldMotion(plan, goal, leads, self._workspace, limits))
 
     def _renewed(
-        self, motion: Stop, seen: float, held: HeldMotion, start: float
+        self, stop: int, motion: Stop, seen: float, held: HeldMotion, start: float
     ) -> Interruptible[Replanned]:
         """Make what is left of a plan again; ``seen`` is by the time of the engine [s]."""
         plan, goal, limits = held.transfer, held.goal, held.limits
         if plan is None or not isinstance(goal, Transfer):
+            return Replanned(held)
+        if plan.first + plan.present(start)[0] != stop:
+            # It leads to the next one by then.
             return Replanned(held)
         delay = goal.lead + (limits.shaper.delay if limits.shaper is not None else 0.0)
         age = self._begins(start) - seen + delay

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,7 +36,7 @@ from tri_glide_kinematics.motion.trajectory import (
 )
 from tri_glide_kinematics.motion.transfer.carried import Carriage, CarriedPlan, FrameState
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import Vector3, combined, minus, plus, scaled
+from tri_glide_kinematics.vectors import Vector3, combined, dot, minus, plus, scaled
 from tri_glide_kinematics.workspace import Workspace
 
 # Parts of the limits of velocity, acceleration and jerk that the motion in a frame that moves is
@@ -49,20 +50,28 @@ LEFT_IN_CHANGE = (0.9, 0.85, 0.78)
 SAME_WAY = 1e-6
 BESIDE = 1e-5
 
+# Of two legs the end of one and the begin of the next differ by less [m, m/s, m/s^2], so shortly
+# before the end [s].
+SAME_STATE, SHORTLY = 1e-6, 1e-10
+
 # A corner is rounded by this part of the height above a stop at most.
 PART_OF_HEIGHT = 0.4
 
 # Part of the time upright above a stop in which the frame goes over.
 PART_UPRIGHT = 0.4
 
-# Number of instants at which it is looked when a leg leads upright.
-LOOKS = 200
+# Number of instants at which it is looked when a leg leads upright, and whether it is inside.
+LOOKS, QUICK_LOOKS = 200, 17
 
-# The instant of a meeting is exact to this part of a leg where it need not be later; and after so
-# many attempts there is none.
-EXACT = 0.004
-SPARE = 1.002
+# A base leads to where the place is met, or so far from there [m]: the rest of the way is the
+# frame's. After so many attempts there is none. At first it is guessed that so much of the time
+# passes until the next stop is met, or as much less that it takes to leave the last one.
+AIMED = 0.012
 ATTEMPTS = 12
+PART_OF_GUESS = 0.05
+
+# A leg that exceeds a limit is made slower by as much, and by this factor.
+SPARE = 1.002
 
 # The frame goes over from one stop to the next in one of these parts of the time that it has: the
 # longer it takes, the farther the base is beside the way of the platform.
@@ -129,6 +138,7 @@ class Leg(NamedTuple):
         arrival: at the next one.
         begin: of what is left of it.
         slope: how much higher the next stop is for its way along x and y; None if it is not known.
+        moves: whether the next stop moves.
     """
 
     plan: Trajectory
@@ -138,6 +148,7 @@ class Leg(NamedTuple):
     arrival: float
     begin: float = 0.0
     slope: tuple[float, float] | None = None
+    moves: bool = False
 
 
 class TransferPlan(SequencePlan):
@@ -158,8 +169,19 @@ class TransferPlan(SequencePlan):
         wait: float = 0.0,
         gives_up: KinematicsError | None = None,
     ) -> None:
-        """Join the ``legs``."""
+        """Join the ``legs``, of which each was proved by itself.
+
+        Raises:
+            TransferError: if one does not begin as the one before ends.
+        """
         super().__init__([leg.plan for leg in legs])
+        for before, after in pairwise(legs):
+            # At its end itself a leg rests.
+            ends, begins = before.plan.at(before.plan.duration - SHORTLY), after.plan.at(0.0)
+            apart = float(np.abs(np.subtract(ends, begins)).max())
+            if not apart < SAME_STATE:
+                text = f"legs do not join: {apart:.3g} m, m/s or m/s^2 apart"
+                raise TransferError(f"{text}, at most {SAME_STATE:g}")
         self.legs, self.first = tuple(legs), first
         last = legs[-1].base.heights.geometry
         self.end = TriGlide(last).forward(self.at(self.duration).heights)
@@ -267,7 +289,7 @@ class TransferPlanner:
         """
         index, now = plan.present(time)
         leg = plan.legs[index]
-        if not isinstance(leg.plan, CarriedPlan) or plan.gives_up is not None:
+        if not leg.moves or plan.gives_up is not None:
             return None
         end = leg.begin + leg.plan.duration
         # What is asked of the place is that it is met at the arrival, and kept to in the dwell.
@@ -431,17 +453,18 @@ class TransferPlanner:
             wait: rest in the frame before it begins [s].
             limits: of the sliders.
         """
-        if not stop.moves and not any(frame.velocity):
+        if not stop.moves and not (any(frame.velocity) or any(frame.acceleration)):
             base = yield from self._timed(self._way(here, stop.position), limits)
             base = base.delayed(wait)
             yield from check_place(base.heights.driven, self.workspace, 0.0)
             return Leg(base, base, wait, wait, base.duration)
+        guess = self._guess(here, stop.after(age + wait).position, limits)
         refusal: KinematicsError | None = None
         for part in PARTS_OF_LEG:
-            try:
-                return (yield from self._carried_leg(here, frame, stop, age, wait, limits, part))
-            except KinematicsError as error:
-                refusal = error
+            carried = self._carried_leg(here, frame, stop, age, wait, limits, part, guess)
+            leg, refusal, guess = yield from carried
+            if leg is not None:
+                return leg
             yield
         assert refusal is not None
         raise refusal
@@ -455,69 +478,119 @@ class TransferPlanner:
         wait: float,
         limits: SliderLimits,
         part: float,
-    ) -> Interruptible[Leg]:
+        guess: float,
+    ) -> Interruptible[tuple[Leg | None, KinematicsError | None, float]]:
         """Return the same leg; the frame goes over in a ``part`` of the time that it has for it.
 
+        Args:
+            here: where the platform is. Shape (3,) [m].
+            frame: how the stop moves that it is at.
+            stop: to be reached.
+            age: time from that of the stop to the begin of the leg [s].
+            wait: rest in the frame before it begins [s].
+            limits: of the sliders.
+            part: in (0, 1].
+            guess: how long the way takes, about [s].
+
+        Returns:
+            The leg, or why there is none; and how long the way takes, about [s].
+
         Raises:
-            KinematicsError: if there is none.
+            KinematicsError: if the place cannot be reached.
         """
         place = stop.after(age)
-        arrival, stretch, leaves, upright = wait + 0.6, 1.0, wait + 0.06, wait + 0.54
         changes = any(stop.acceleration) or any(frame.acceleration)
         less = limits.times(*(LEFT_IN_CHANGE if changes else LEFT_TO_BASE))
+        stretch, refusal = 1.0, TransferError("the place is not met: it moves too fast")
+        natural: PathPlan | None = None
+        early, late = PART_OF_GUESS * guess, (1.0 - PART_OF_GUESS) * guess
+        instants: tuple[float, ...] = (wait + guess, wait + late, wait + early)
+        first, goal = self._ends(here, frame, place, stop.moves, instants, part)
         last: tuple[float, float] | None = None
         for _ in range(ATTEMPTS):
-            end = place.after(arrival)
-            # Where the next stop rests, the frame of the one before is soon left.
-            time = part * (upright - leaves)
-            begin = upright - time if stop.moves else leaves
-            left, met = frame.after(begin), place.after(begin + time)
-            # In the middle between both the base is where the platform is.
-            way = plus(minus(left.position, frame.position), minus(end.position, met.position))
-            way = combined(1.0, way, 0.5 * time, plus(left.velocity, met.velocity))
-            bend = minus(left.acceleration, met.acceleration)
-            way = combined(1.0, way, time * time / 12.0, bend)
-            first = scaled(way, -0.5)
-            start, goal = minus(here, first), combined(1.0, end.position, -0.5, way)
-            try:
-                natural = yield from self._timed(self._way(start, goal), less)
-            except KinematicsError:
-                self.workspace.check_position(end.position)
-                raise
-            wanted = wait + stretch * natural.duration
-            off = wanted - arrival
-            if abs(off) > EXACT * (arrival - wait):
-                # The place of the meeting depends on its instant: a secant.
-                slope = 0.0 if last is None else (off - last[1]) / (arrival - last[0]) + 1.0
-                last = arrival, off
-                arrival, leaves, upright = _later(
-                    (arrival, leaves, upright), wait, off / (1.0 - min(max(slope, -1.0), 0.5))
-                )
+            if natural is None:
+                start = minus(here, first)
+                try:
+                    natural = yield from self._timed(self._way(start, goal), less)
+                except KinematicsError as error:
+                    self.workspace.check_position(place.after(instants[0]).position)
+                    return None, error, guess
+                guess = natural.duration
+            # Where the base does not lead to just there, the frame does.
+            base = PathPlan(natural.heights, natural.scaling.slower(stretch).delayed(wait))
+            arrival, (upright, leaves) = base.duration, _upright(base)
+            found = arrival, upright, leaves
+            ends = self._ends(here, frame, place, stop.moves, found, part)
+            if max(math.dist(ends[0], first), math.dist(ends[1], goal)) > AIMED:
+                # How long it takes depends on where the place is met: a secant, or about that.
+                off = arrival - instants[0]
+                across = minus(goal, minus(here, first))
+                relative = minus(place.after(arrival).velocity, frame.velocity)
+                slope = 0.5 * dot(across, relative) / math.hypot(*across)
+                slope /= float(less.table[0].min())
+                if last is not None and instants[0] != last[0]:
+                    slope = (off - last[1]) / (instants[0] - last[0]) + 1.0
+                last = instants[0], off
+                later = off / (1.0 - min(max(slope, -1.0), 0.5)) - off
+                ratio = max(1.0 + later / (arrival - wait), 0.1)
+                instants = tuple(wait + ratio * (each - wait) for each in found)
+                first, goal = self._ends(here, frame, place, stop.moves, instants, part)
+                natural = None
                 continue
             for instant in (arrival, arrival + stop.dwell):
                 self.workspace.check_position(place.after(instant).position)
-            slower = (arrival - wait) / natural.duration
-            base = PathPlan(natural.heights, natural.scaling.slower(slower).delayed(wait))
-            leaves, upright = _upright(base)
-            time = part * (upright - leaves)
-            begin = upright - time if stop.moves else leaves
+            begin, met = _goes_over(found, part, stop.moves)
             present = FrameState(first, frame.velocity, frame.acceleration)
             end_of_leg = arrival + (stop.dwell if stop.moves else 0.0)
-            met_at = begin + time
-            carriage = self._carriage(present, 0.0, place, goal, met_at, arrival, end_of_leg, begin)
+            carriage = self._carriage(present, 0.0, place, goal, met, arrival, end_of_leg, begin)
             carried = CarriedPlan(self.workspace.machine, base, carriage, end_of_leg)
-            use = yield from carried.limit_use(limits, 0.0, self.workspace)
+            try:
+                self._look(carried)
+                use = yield from carried.limit_use(limits, 0.0, self.workspace)
+                if use.keeps_limits:
+                    yield from inside(carried, self.workspace, limits)
+            except KinematicsError as error:
+                return None, error, guess
             if use.keeps_limits:
-                yield from inside(carried, self.workspace, limits)
-                return Leg(carried, base, begin, met_at, arrival, slope=_slope_of(stop))
-            stretch = slower * _slowdown(use, limits) * SPARE
-            longer = wait + stretch * natural.duration
-            if not longer - wait < SLOWEST * natural.duration:
+                tilt = _slope_of(stop)
+                leg = Leg(carried, base, begin, met, arrival, slope=tilt, moves=stop.moves)
+                return leg, None, guess
+            slower = _slowdown(use, limits)
+            # What the frame takes gets less only slowly.
+            stretch *= (slower if stretch == 1.0 else slower * slower) * SPARE
+            if not stretch < SLOWEST:
                 break
-            arrival, leaves, upright = _later((arrival, leaves, upright), wait, longer - arrival)
-            last = None
             yield
-        raise TransferError("the place is not met: it moves too fast")
+        return None, refusal, guess
+
+    @staticmethod
+    def _ends(
+        here: Vector3,
+        frame: MovingTarget,
+        place: MovingTarget,
+        moves: bool,
+        instants: tuple[float, ...],
+        part: float,
+    ) -> tuple[Vector3, Vector3]:
+        """Return how a frame is displaced at first, and where the base ends in it [m].
+
+        In the middle between both places the base is where the platform is.
+
+        Args:
+            here: where the platform is. Shape (3,) [m].
+            frame: how the stop moves that it is at.
+            place: to be reached, as of the start.
+            moves: whether it moves.
+            instants: of the arrival, of the begin of the way down, and of the end of that up [s].
+            part: of the time between that the frame takes.
+        """
+        begin, met = _goes_over(instants, part, moves)
+        left, there, end = frame.after(begin), place.after(met), place.after(instants[0])
+        way = plus(minus(left.position, frame.position), minus(there.position, end.position))
+        way = combined(1.0, way, 0.5 * (met - begin), plus(left.velocity, there.velocity))
+        bend = minus(left.acceleration, there.acceleration)
+        way = combined(1.0, way, (met - begin) ** 2 / 12.0, bend)
+        return scaled(way, -0.5), combined(1.0, end.position, -0.5, way)
 
     @staticmethod
     def _carriage(
@@ -551,7 +624,7 @@ class TransferPlanner:
         x, y, z = here
         top = max(self.height, z + SAME_WAY * 10.0)
         path = PlatformPath.start(here).line_to((x, y, top))
-        moves = any(frame.velocity)
+        moves = any(frame.velocity) or any(frame.acceleration)
         base = yield from self._timed(path, limits.times(*LEFT_TO_BASE) if moves else limits)
         base = base.delayed(wait)
         if not moves:
@@ -585,8 +658,26 @@ class TransferPlanner:
         Raises:
             KinematicsError: if it does not.
         """
+        self._look(carried)
         (yield from carried.limit_use(limits, 0.0, self.workspace)).check(limits)
         yield from inside(carried, self.workspace, limits)
+
+    def _look(self, carried: CarriedPlan) -> None:
+        """Look quickly whether a motion stays inside: out of reach there is nothing to prove.
+
+        Raises:
+            KinematicsError: if it does not.
+        """
+        for time in np.linspace(0.0, carried.duration, QUICK_LOOKS).tolist():
+            place = carried.platform_at(self.workspace.machine, time)
+            self.workspace.check_position(place[:3])
+
+    def _guess(self, start: Vector3, end: Vector3, limits: SliderLimits) -> float:
+        """Return how long it takes, about, from a ``start`` to an ``end`` [s]."""
+        top = max(self.height, start[2], end[2])
+        way = math.dist(start[:2], end[:2]) + 2.0 * top - start[2] - end[2]
+        velocity, acceleration, jerk = limits.table.min(axis=1).tolist()
+        return float(1.1 * (way / velocity + velocity / acceleration + acceleration / jerk))
 
     def _way(self, start: Vector3, end: Vector3) -> PlatformPath:
         """Return the way up from a ``start``, across, and down to an ``end`` [m]."""
@@ -646,17 +737,13 @@ def _slowdown(use: LimitBounds, limits: SliderLimits) -> float:
     return max(1.0, *factors)
 
 
-def _later(
-    instants: tuple[float, float, float], wait: float, later: float
-) -> tuple[float, float, float]:
-    """Return ``instants`` behind a ``wait``; the first is so much ``later``, the others as well."""
-    first, second, third = instants
-    ratio = max(1.0 + later / (first - wait), 0.1)
-    return (
-        wait + ratio * (first - wait),
-        wait + ratio * (second - wait),
-        wait + ratio * (third - wait),
-    )
+def _goes_over(instants: tuple[float, ...], part: float, moves: bool) -> tuple[float, float]:
+    """Return when a frame begins to go over to the next stop, and when that is met [s]."""
+    _, upright, leaves = instants
+    time = part * (upright - leaves)
+    # Where the next stop rests, the frame of the one before is soon left.
+    begin = upright - time if moves else leaves
+    return begin, begin + time
 
 
 def _place_on(base: PathPlan, place: float) -> Vector3:
@@ -707,7 +794,7 @@ def _on_slope(
 
 
 def _upright(base: PathPlan) -> tuple[float, float]:
-    """Return when a motion leaves its start, and from when on it is above its end [s].
+    """Return from when on a motion is above its end, and when it leaves its start [s].
 
     It is upright for some time then. The frame goes over in a part of that, too, as it is still
     where it was, nearly: it begins, and ends, without acceleration.
@@ -721,7 +808,7 @@ def _upright(base: PathPlan) -> tuple[float, float]:
     arrives = 0 if at_end.all() else LOOKS - int(np.argmin(at_end[::-1]))
     if leaves >= arrives:
         # All of it is upright.
-        return float(0.25 * base.duration), float(0.75 * base.duration)
+        return float(0.75 * base.duration), float(0.25 * base.duration)
     moves = float(times[int(np.argmax(ways > ways[0]))])
     left, met = float(times[max(leaves - 1, 0)]), float(times[min(arrives, LOOKS - 1)])
-    return left - PART_UPRIGHT * (left - moves), met + PART_UPRIGHT * (base.duration - met)
+    return met + PART_UPRIGHT * (base.duration - met), left - PART_UPRIGHT * (left - moves)

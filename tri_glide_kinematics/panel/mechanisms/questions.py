@@ -1,6 +1,6 @@
-"""Questions about a mechanism of a file, with numbers that a person may change, and their answers.
+"""Mechanisms of files, with numbers that a person may change: their positions and branches.
 
-A four-bar linkage and an F-mechanism are asked about in the same way.
+A four-bar linkage and an F-mechanism are shown in the same way.
 """
 
 from __future__ import annotations
@@ -9,25 +9,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from tri_glide_interfaces.msg import (
-    CrankSweep,
-    FMechanismPose,
-    FourBarDeadCentre,
-    FourBarPose,
-    Point2,
-    TraceEvent,
-)
-from tri_glide_interfaces.msg import FMechanism as FMechanismMessage
-from tri_glide_interfaces.msg import FourBar as FourBarMessage
-from tri_glide_interfaces.srv import SolveFMechanism, SolveFourBar, TraceFMechanism, TraceFourBar
 from tri_glide_kinematics.equal_numbers import first_largest, first_smallest
-from tri_glide_kinematics.mechanisms import MechanismFile, four_bar
-from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.four_bar import FourBar
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.mechanisms import CrankLimitError, MechanismFile, four_bar
+from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism, FMechanismTrace
+from tri_glide_kinematics.mechanisms.four_bar import DeadCentreKind, FourBar
 from tri_glide_kinematics.mechanisms.pictures import (
     F_MECHANISM,
     FOUR_BAR,
@@ -198,7 +187,7 @@ class Branch:
 
     @cached_property
     def extent(self) -> FloatArray:
-        """Corners of a box around all points, which is asked for in each drawing. (2, 2) [m]."""
+        """Corners of a box around all points, which each drawing needs. (2, 2) [m]."""
         return bounds(self.points, margin=0.0)
 
     @property
@@ -267,15 +256,15 @@ def phase(label: str, value: float) -> Dimension:
     return Dimension(label, value, value - math.pi, value + math.pi, is_angle=True)
 
 
-STEP = math.radians(0.5)  # of the crank, between two rows of a trace
-BRANCH_NAMES = {FourBarPose.OPEN: "open", FourBarPose.CROSSED: "crossed"}
+STEP = math.radians(0.5)  # of the crank, between two rows of a branch
+BRANCHES = (four_bar.Branch.OPEN, four_bar.Branch.CROSSED)
 LIMIT = "The crank gets no farther"
 ROCKER_END = "The rocker turns back"
-ROCKER_ENDS = (FourBarDeadCentre.CRANK_COUPLER_STRETCHED, FourBarDeadCentre.CRANK_COUPLER_FOLDED)
+ROCKER_ENDS = (DeadCentreKind.CRANK_COUPLER_STRETCHED, DeadCentreKind.CRANK_COUPLER_FOLDED)
 
 
-class FourBarQuestions:
-    """Requests about a four-bar linkage; the key of a position is its branch.
+class ShownFourBar:
+    """A four-bar linkage; the key of a position is the index of its branch.
 
     Attributes:
         skeleton: of the mechanism.
@@ -285,14 +274,12 @@ class FourBarQuestions:
         key: of the position to start from.
     """
 
-    solve_service = SolveFourBar
-    trace_service = TraceFourBar
     skeleton = FOUR_BAR
     paths: tuple[int, ...] = (4, 2)  # the coupler curve, and the way of the rocker pin
 
     def __init__(self, file: MechanismFile, linkage: FourBar) -> None:
-        """Ask about the ``linkage`` that a ``file`` holds."""
-        self._linkage = linkage
+        """Show the ``linkage`` that a ``file`` holds."""
+        self._given = linkage
         size = linkage.coupler
         x, y = file.coupler_point
         self.dimensions: tuple[Dimension, ...] = (
@@ -304,131 +291,101 @@ class FourBarQuestions:
             coordinate("point beside the coupler", y, size),
         )
         self.crank_angle = default_crank_angle(linkage)
-        crossed = default_branch(linkage) is four_bar.Branch.CROSSED
-        self.key = float(FourBarPose.CROSSED if crossed else FourBarPose.OPEN)
+        self.key = float(BRANCHES.index(default_branch(linkage)))
 
     def pivots(self, values: Sequence[float]) -> FloatArray:
         """Return the joints that do not move. Shape (2, 2) [m]."""
-        return self._pivots(values[3])
-
-    def _pivots(self, ground: float) -> FloatArray:
-        x, y = self._linkage.crank_pivot
-        angle = self._linkage.ground_angle
+        x, y = self._given.crank_pivot
+        angle, ground = self._given.ground_angle, values[3]
         return np.array([(x, y), (x + ground * math.cos(angle), y + ground * math.sin(angle))])
 
-    def solve_request(self, values: Sequence[float], crank_angle: float) -> SolveFourBar.Request:
-        """Ask for all positions at a crank angle [rad]."""
-        return SolveFourBar.Request(
-            linkage=self._message(values), crank_angle=crank_angle, coupler_point=_point(values)
+    def linkage(self, values: Sequence[float]) -> FourBar:
+        """Return the linkage with these dimensions.
+
+        Raises:
+            KinematicsError: if there is none.
+        """
+        given, (crank, coupler, rocker, ground) = self._given, values[:4]
+        return FourBar(
+            *(crank, coupler, rocker, ground),
+            crank_pivot=given.crank_pivot,
+            ground_angle=given.ground_angle,
+            tolerance=given.tolerance,
         )
 
-    def positions(self, answer: SolveFourBar.Response) -> tuple[Position, ...]:
-        """Return the positions of an answer."""
-        return tuple(_four_bar_position(pose) for pose in answer.poses)
+    def positions(self, values: Sequence[float], crank_angle: float) -> tuple[Position, ...]:
+        """Return all positions at a crank angle [rad].
+
+        Raises:
+            KinematicsError: if there are none.
+        """
+        linkage, found = self.linkage(values), []
+        for pose in linkage.solve(crank_angle):
+            joints = (pose.crank_pivot, pose.crank_pin, pose.rocker_pin, pose.rocker_pivot)
+            points = np.array([*joints, pose.point_of_coupler_plane(*values[4:6]).position])
+            transmission = degrees_text(pose.transmission_angle)
+            text = f"{pose.branch.value}, transmission angle {transmission}"
+            found.append(Position(float(BRANCHES.index(pose.branch)), points, text))
+        if not found:
+            raise CrankLimitError(crank_angle, linkage.crank_ranges)
+        return tuple(found)
 
     def distance(self, key: float, other: float) -> float:
         """Return how far apart two positions at one crank angle are."""
         return abs(key - other)
 
-    def trace_request(
-        self,
-        values: Sequence[float],
-        crank_angle: float,
-        key: float,
-        answer: SolveFourBar.Response,
-    ) -> TraceFourBar.Request:
-        """Ask for the branch that passes the position ``key``, from limit to limit or once around.
+    def branch(self, values: Sequence[float], crank_angle: float, key: float) -> Branch | None:
+        """Return the branch of a position, from limit to limit or once around.
 
-        The position was answered at this crank angle [rad].
+        Args:
+            values: of the dimensions.
+            crank_angle: of the position [rad].
+            key: of the position.
+
+        Returns:
+            None if it is this position alone.
+
+        Raises:
+            KinematicsError: if there is no such linkage.
         """
-        low, high = _range_around(crank_angle, answer)
-        return TraceFourBar.Request(
-            linkage=self._message(values),
-            branch=round(key),
-            sweep=CrankSweep(
-                start_angle=low, end_angle=high, steps=max(2, math.ceil((high - low) / STEP))
-            ),
-            coupler_point=_point(values),
-        )
-
-    def branch(self, request: TraceFourBar.Request, answer: TraceFourBar.Response) -> Branch | None:
-        """Return the branch of an answer, or none if it is a single position."""
-        angles = np.array(answer.crank_angle)
-        crank_pins, pins, coupler_points = _ways(answer, "crank_pin", "rocker_pin", "coupler_point")
-        crank_pivot, rocker_pivot = self._pivots(request.linkage.ground)
-        points = side_by_side(crank_pivot, crank_pins, pins, rocker_pivot, coupler_points)
+        linkage, one = self.linkage(values), BRANCHES[round(key)]
+        low, high = _range_around(crank_angle, linkage.crank_ranges)
+        angles = np.linspace(low, high, max(2, math.ceil((high - low) / STEP)) + 1)
+        sweep = linkage.sweep(angles).branch(one)
+        crank_pivot, rocker_pivot = self.pivots(values)
+        pins, places = sweep.rocker_pins, sweep.point_of_coupler_plane(*values[4:6]).position
+        points = side_by_side(crank_pivot, sweep.crank_pins, pins, rocker_pivot, places)
         # A row on a limit may lie beyond it by rounding.
         known = np.isfinite(pins).all(axis=1)
         angles, pins, points = angles[known], pins[known], points[known]
         if angles.size < 2:
             return None
-        full = answer.properties.crank_turns_fully
-        ends = () if full else (0, -1)
-        events = [(LIMIT, float(angles[row])) for row in ends]
+        full = linkage.crank_turns_fully
+        events = [(LIMIT, float(angles[row])) for row in (() if full else (0, -1))]
         events += [
             (ROCKER_END, centre.crank_angle)
-            for centre in answer.properties.dead_centres
+            for centre in linkage.dead_centres
             if centre.kind in ROCKER_ENDS
-            and centre.branch in (request.branch, FourBarPose.BOTH)
+            and centre.branch in (one, None)
             and (centre.crank_angle - angles[0]) % math.tau <= angles[-1] - angles[0]
         ]
         return Branch(
-            Track(angles, np.full(angles.size, float(request.branch)), closed=full),
+            Track(angles, np.full(angles.size, key), closed=full),
             points,
             tuple(Mark(_place_at(angle, angles, pins), kind, angle) for kind, angle in events),
-            _words(answer),
-        )
-
-    def _message(self, values: Sequence[float]) -> FourBarMessage:
-        linkage = self._linkage
-        crank, coupler, rocker, ground = values[:4]
-        x, y = linkage.crank_pivot
-        return FourBarMessage(
-            crank=crank,
-            coupler=coupler,
-            rocker=rocker,
-            ground=ground,
-            ground_angle=linkage.ground_angle,
-            crank_pivot=Point2(x=x, y=y),
-            tolerance=linkage.tolerance,
+            _words(linkage),
         )
 
 
-def _ways(answer: Any, *names: str) -> list[FloatArray]:
-    """Return the ways of points along a branch, shape (n, 2) each [m]."""
-    return [
-        np.stack([getattr(answer, f"{name}_x"), getattr(answer, f"{name}_y")], axis=1)
-        for name in names
-    ]
-
-
-def _places(*points: Point2) -> FloatArray:
-    return np.array([(point.x, point.y) for point in points])
-
-
-def _point(values: Sequence[float]) -> Point2:
-    return Point2(x=values[4], y=values[5])
-
-
-def _four_bar_position(pose: FourBarPose) -> Position:
-    joints = (pose.crank_pivot, pose.crank_pin, pose.rocker_pin, pose.rocker_pivot)
-    points = _places(*joints, pose.coupler_point)
-    text = (
-        f"{BRANCH_NAMES[pose.branch]}, transmission angle {degrees_text(pose.transmission_angle)}"
-    )
-    return Position(float(pose.branch), points, text)
-
-
-def _range_around(crank_angle: float, answer: SolveFourBar.Response) -> tuple[float, float]:
+def _range_around(crank_angle: float, ranges: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """Return the crank's limits around a crank angle [rad]."""
 
     def beyond(ends: tuple[float, float]) -> float:
         middle, half = 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
         return max(0.0, abs(math.remainder(crank_angle - middle, math.tau)) - half)
 
-    properties = answer.properties
     # On a limit, it may be beyond it by rounding.
-    return min(zip(properties.crank_range_begin, properties.crank_range_end), key=beyond)
+    return min(ranges, key=beyond)
 
 
 def _place_at(crank_angle: float, angles: FloatArray, pins: FloatArray) -> Point:
@@ -437,46 +394,38 @@ def _place_at(crank_angle: float, angles: FloatArray, pins: FloatArray) -> Point
     return x, y
 
 
-def _words(answer: TraceFourBar.Response) -> str:
-    properties = answer.properties
-    turns = "turns fully" if properties.crank_turns_fully else "does not turn fully"
-    low = degrees_text(properties.smallest_transmission_angle)
-    high = degrees_text(properties.largest_transmission_angle)
-    name = properties.grashof_class.capitalize()
+def _words(linkage: FourBar) -> str:
+    turns = "turns fully" if linkage.crank_turns_fully else "does not turn fully"
+    extremes = linkage.transmission_extremes
+    low, high = degrees_text(extremes.smallest), degrees_text(extremes.largest)
+    name = linkage.grashof_class.value.capitalize()
     return f"{name}: the crank {turns}. Transmission angle {low} to {high}."
 
 
-STEPS = 720  # of the crank in a full turn, between the rows of a trace
+STEPS = 720  # of the crank in a full turn, between the rows of a branch
 LETTERS = "ABC"
 # A start is looked for at so many crank angles.
 STARTS = 36
 # Branches that turn fully, and those that turn back, are closed by then.
 TURNS = 2
 MARKED = {
-    TraceEvent.TURNING_POINT: "The cranks turn back",
-    TraceEvent.BIFURCATION: "Branches meet",
-    TraceEvent.SINGULAR: "The continuation is not unique",
-}
-TURNS_FULLY = {
-    TraceFMechanism.Response.YES: "The cranks turn fully on this branch.",
-    TraceFMechanism.Response.NO: "The cranks cannot turn fully on this branch.",
-    TraceFMechanism.Response.UNDECIDED: f"The branch does not close within {TURNS} turns.",
+    EventKind.TURNING_POINT: "The cranks turn back",
+    EventKind.BIFURCATION: "Branches meet",
+    EventKind.SINGULAR: "The continuation is not unique",
 }
 
 
-class FMechanismQuestions:
-    """Requests about an F-mechanism; the key of a position is its angle [rad].
+class ShownFMechanism:
+    """An F-mechanism; the key of a position is its angle [rad].
 
-    The attributes are those of ``FourBarQuestions``.
+    The attributes are those of ``ShownFourBar``.
     """
 
-    solve_service = SolveFMechanism
-    trace_service = TraceFMechanism
     skeleton = F_MECHANISM
     paths: tuple[int, ...] = (6, 7, 8)  # of the corners of the platform
 
     def __init__(self, mechanism: FMechanism) -> None:
-        """Ask about the ``mechanism`` of a file."""
+        """Show the ``mechanism`` of a file."""
         linkage = mechanism.linkage
         self._base = [(pivot.real, pivot.imag) for pivot in linkage.pivots]
         self._platform = [(joint.real, joint.imag) for joint in linkage.joints]
@@ -497,99 +446,85 @@ class FMechanismQuestions:
         del values
         return np.array(self._base)
 
-    def solve_request(self, values: Sequence[float], crank_angle: float) -> SolveFMechanism.Request:
-        """Ask for all positions at a crank angle [rad]."""
-        return SolveFMechanism.Request(mechanism=self._message(values), crank_angle=crank_angle)
+    def mechanism(self, values: Sequence[float]) -> FMechanism:
+        """Return the mechanism with these dimensions.
 
-    def positions(self, answer: SolveFMechanism.Response) -> tuple[Position, ...]:
-        """Return the positions of an answer."""
-        return tuple(self._position(pose) for pose in answer.poses)
+        Raises:
+            KinematicsError: if there is none.
+        """
+        cranks, rods, (b, c) = values[:3], values[3:6], values[6:8]
+        return FMechanism(self._base, cranks, rods, self._platform, b, c, self._counter_rotating)
+
+    def positions(self, values: Sequence[float], crank_angle: float) -> tuple[Position, ...]:
+        """Return all positions at a crank angle [rad]; raises as that of ``ShownFourBar``."""
+        found = [
+            Position(
+                pose.angle,
+                np.array([*self._base, *pose.crank_pins, *pose.platform_joints]),
+                f"platform at {degrees_text(pose.angle)}",
+            )
+            for pose in self.mechanism(values).poses(crank_angle)
+        ]
+        if not found:
+            angle = number_text(crank_angle)
+            raise KinematicsError(f"crank_angle = {angle} rad: the mechanism has no position there")
+        return tuple(found)
 
     def distance(self, key: float, other: float) -> float:
         """Return how far apart two positions at one crank angle are [rad]."""
         return abs(math.remainder(key - other, math.tau))
 
-    def trace_request(
-        self,
-        values: Sequence[float],
-        crank_angle: float,
-        key: float,
-        answer: SolveFMechanism.Response,
-    ) -> TraceFMechanism.Request:
-        """Ask for the branch that passes the position ``key``, through its turning points.
-
-        The position was answered at this crank angle [rad].
-        """
-        del answer
-        return TraceFMechanism.Request(
-            mechanism=self._message(values),
-            sweep=CrankSweep(
-                start_angle=crank_angle,
-                end_angle=crank_angle + TURNS * math.tau,
-                steps=TURNS * STEPS,
-            ),
-            start_by=TraceFMechanism.Request.BY_ANGLE,
-            pose_angle=key,
-            go_through=True,
-        )
-
-    def branch(
-        self, request: TraceFMechanism.Request, answer: TraceFMechanism.Response
-    ) -> Branch | None:
-        """Return the branch of an answer, or none if it is a single position."""
-        del request
-        if len(answer.crank_angle) < 2:
+    def branch(self, values: Sequence[float], crank_angle: float, key: float) -> Branch | None:
+        """Return the branch of a position, through its turning points; as of ``ShownFourBar``."""
+        mechanism = self.mechanism(values)
+        poses = mechanism.poses(crank_angle)
+        start = poses[first_smallest([self.distance(pose.angle, key) for pose in poses])]
+        end = crank_angle + TURNS * math.tau
+        trace = mechanism.trace(crank_angle, start, end, steps=TURNS * STEPS, through=True)
+        if len(trace.crank_angle) < 2:
             return None
-        moving = _ways(answer, "a1", "b1", "c1", "a2", "b2", "c2")
+        joints = np.concatenate((trace.crank_pins, trace.platform_joints), axis=1)
         return Branch(
-            _track(answer),
-            side_by_side(*self._base, *moving),
-            _marks(answer),
-            TURNS_FULLY[answer.turns_fully],
+            _track(trace),
+            side_by_side(*self._base, *joints.swapaxes(0, 1)),
+            _marks(trace),
+            _turning(trace),
         )
 
-    def _message(self, values: Sequence[float]) -> FMechanismMessage:
-        return FMechanismMessage(
-            base=[Point2(x=x, y=y) for x, y in self._base],
-            crank_lengths=values[:3],
-            rod_lengths=values[3:6],
-            platform=[Point2(x=x, y=y) for x, y in self._platform],
-            phase_b=values[6],
-            phase_c=values[7],
-            counter_rotating=self._counter_rotating,
-        )
 
-    def _position(self, pose: FMechanismPose) -> Position:
-        points = np.concatenate([self._base, _places(*pose.crank_pins, *pose.platform_joints)])
-        return Position(pose.angle, points, f"platform at {degrees_text(pose.angle)}")
+Shown = ShownFourBar | ShownFMechanism
 
 
-Questions = FourBarQuestions | FMechanismQuestions
-
-
-def _track(answer: TraceFMechanism.Response) -> Track:
+def _track(trace: FMechanismTrace) -> Track:
     """Return the way along a branch, its turning points included."""
-    angles, keys = np.array(answer.crank_angle), np.array(answer.angle)
-    turning = [event for event in answer.events if event.kind == TraceEvent.TURNING_POINT]
-    behind = [event.row + 1 for event in turning]
+    keys, turning = trace.angle, trace.turning_points
+    behind = [event.index for event in turning]
     turned = [
         # Of an event, the angle of the platform is not counted on over full turns.
-        keys[event.row] + math.remainder(event.angle - keys[event.row], math.tau)
+        before + math.remainder(event.pose.angle - before, math.tau)
         for event in turning
+        for before in (keys[event.index - 1],)
     ]
-    closed = any(event.kind == TraceEvent.CLOSED for event in answer.events)
     return Track(
-        np.insert(angles, behind, [event.crank_angle for event in turning]),
+        np.insert(trace.crank_angle, behind, [event.crank_angle for event in turning]),
         np.insert(keys, behind, turned),
-        closed,
+        trace.closed,
     )
 
 
-def _marks(answer: TraceFMechanism.Response) -> tuple[Mark, ...]:
+def _marks(trace: FMechanismTrace) -> tuple[Mark, ...]:
     marks = (
-        Mark((event.position.x, event.position.y), MARKED[event.kind], event.crank_angle)
-        for event in answer.events
+        Mark(event.pose.position, MARKED[event.kind], event.crank_angle)
+        for event in trace.events
         if event.kind in MARKED
     )
     # A branch that passes a place several times marks it once.
     return tuple({(mark.kind, mark.label): mark for mark in marks}.values())
+
+
+def _turning(trace: FMechanismTrace) -> str:
+    if trace.turns_fully:
+        return "The cranks turn fully on this branch."
+    if trace.turning_points or trace.closed:
+        return "The cranks cannot turn fully on this branch."
+    return f"The branch does not close within {TURNS} turns."

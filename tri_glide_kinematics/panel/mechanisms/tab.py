@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,11 +29,11 @@ from tri_glide_kinematics.mechanisms.pictures import BLUE, GREEN, ORANGE, PURPLE
 from tri_glide_kinematics.panel.mechanisms.questions import (
     Branch,
     Dimension,
-    FMechanismQuestions,
-    FourBarQuestions,
-    Questions,
+    Shown,
+    ShownFMechanism,
+    ShownFourBar,
 )
-from tri_glide_kinematics.panel.mechanisms.show import MechanismRequests, Show
+from tri_glide_kinematics.panel.mechanisms.show import Show
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 # Draws a mechanism on an upright plane of the scene.
@@ -92,6 +93,7 @@ class Drawing:
     All calls come from one thread.
 
     Attributes:
+        root: of all, seen while a mechanism is shown.
         nodes: lines and points by their names: ``others`` for all positions but the ``followed``
             one, with its ``joints`` and the ``tips`` that draw ``path_0`` and so on; ``pivots``;
             ``marks`` on the paths.
@@ -101,7 +103,7 @@ class Drawing:
         """Add the nodes below ``name``, unseen; ``centre`` is that of the drawing [m]."""
         self._scene = scene
         self._name = name
-        self._root = scene.add_frame(
+        self.root = scene.add_frame(
             name, show_axes=False, wxyz=UPRIGHT, position=centre, visible=False
         )
         self._paths = [
@@ -121,27 +123,22 @@ class Drawing:
         self._branch: Branch | None = None
         self._fit: Fit | None = None
 
-    @property
-    def is_seen(self) -> bool:
-        """Whether a mechanism is shown."""
-        return self._root.visible
-
     def hide(self) -> None:
         """Show nothing; what is drawn next may be another mechanism."""
-        self._root.visible = False
+        self.root.visible = False
         self._draw_branch(None)
         self._fit = None
 
     def draw(self, show: Show) -> None:
         """Show what is known of a mechanism."""
-        skeleton, pivots = show.questions.skeleton, show.pivots
+        skeleton, pivots = show.mechanism.skeleton, show.pivots
         places = [pivots, *(position.points for position in show.positions)]
         if show.branch is not None:
             places.append(show.branch.extent)
         fit = fitted(bounds(np.concatenate(places), margin=0.0), SIZE, self._fit)
         if fit is not self._fit or show.branch is not self._branch:
             self._fit = fit
-            self._draw_branch(show.branch, show.questions.paths)
+            self._draw_branch(show.branch, show.mechanism.paths)
         others = [
             skeleton.lines(position.points)
             for index, position in enumerate(show.positions)
@@ -158,7 +155,7 @@ class Drawing:
             _set_points(nodes["followed"], fit(skeleton.lines(points)))
             _set_points(nodes["joints"], fit(points))
             _set_points(nodes["tips"], fit(points[[index for index, _ in skeleton.traced]]))
-        self._root.visible = True
+        self.root.visible = True
 
     def _draw_branch(self, branch: Branch | None, paths: tuple[int, ...] = ()) -> None:
         """Draw paths and marks, which stay while the crank turns."""
@@ -234,7 +231,7 @@ VIEW_MARGIN = 1.6  # height of what the camera sees, at least, in drawings
 VIEW_SIDES = (-0.4, 1.4)  # m, along x: the machine and the drawing
 NARROW = 0.7  # width by height of a page that has its controls below the scene
 STEPS_PER_TURN = 720  # of the slider of the crank
-SHOWN_PER_SECOND = 20.0  # positions that are asked for while the crank turns by itself
+SHOWN_PER_SECOND = 20.0  # positions that are shown while the crank turns by itself
 SLIDER_AFTER = 0.1  # s between two places of the slider while the crank turns by itself
 LONGEST_PAUSE = 0.25  # s, after which a crank that turns by itself does not catch up
 
@@ -255,12 +252,11 @@ class MechanismsTab:
         drawing: in the scene.
     """
 
-    def __init__(
-        self, gui: GuiApi, scene: SceneApi, requests: MechanismRequests, folder: Path
-    ) -> None:
+    def __init__(self, gui: GuiApi, scene: SceneApi, folder: Path) -> None:
         """Add the controls to the open container of ``gui``; the files are those of ``folder``."""
         self._gui = gui
-        self._requests = requests
+        # The rest of the page, Stop before all else, goes on while a branch is traced.
+        self._worker = ThreadPoolExecutor(1)
         self._files = example_files(folder)
         self.drawing = Drawing(scene, "/mechanism", CENTRE)
         self._show: Show | None = None
@@ -291,7 +287,7 @@ class MechanismsTab:
             button.on_click(lambda _: self._presses.append(self.reset))
 
     def step(self, time: float) -> None:
-        """Do what the controls ask for, and draw what has been answered.
+        """Do what the controls ask for, and draw what is new.
 
         ``time`` is of a steady clock [s].
         """
@@ -309,7 +305,7 @@ class MechanismsTab:
         else:
             self._advanced_at = time
             self._turn(show, self.crank.value)
-        if show.step(time):
+        if show.step():
             self.drawing.draw(show)
             self.words.content = _markdown(show)
 
@@ -324,7 +320,7 @@ class MechanismsTab:
             _put(slider, _tenth(dimension.shown(dimension.value)))
 
     def _play(self, show: Show, time: float) -> None:
-        """Turn the crank on, so often that answers keep up."""
+        """Turn the crank on, a few times a second."""
         passed = time - self._advanced_at
         if passed < 1.0 / SHOWN_PER_SECOND:
             return
@@ -355,13 +351,13 @@ class MechanismsTab:
         for slider in self.sliders:
             slider.remove()
         self.sliders.clear()
-        questions = questions_about(self._files[name]) if name in self._files else None
-        self._show = Show(questions, self._requests) if questions else None
+        shown = shown_of(self._files[name]) if name in self._files else None
+        self._show = Show(shown, self._worker) if shown else None
         self._controls.visible = self._lengths.visible = self._show is not None
         _put(self.plays, False)
-        if questions is None or self._show is None:
+        if shown is None or self._show is None:
             return
-        self._dimensions = questions.dimensions
+        self._dimensions = shown.dimensions
         with self._lengths:
             self.sliders.extend(self._add_slider(item) for item in self._dimensions)
         self._set_crank(self._show.crank_angle)
@@ -395,12 +391,12 @@ class MechanismsTab:
         _move(client, *view_of(camera.fov, camera.aspect))
 
 
-def questions_about(file: MechanismFile) -> Questions | None:
-    """Return the questions about the mechanism of a file, or none if it is not a planar one."""
+def shown_of(file: MechanismFile) -> Shown | None:
+    """Return what is shown of the mechanism of a file, or none if it is not a planar one."""
     if isinstance(file.mechanism, FourBar):
-        return FourBarQuestions(file, file.mechanism)
+        return ShownFourBar(file, file.mechanism)
     if isinstance(file.mechanism, FMechanism):
-        return FMechanismQuestions(file.mechanism)
+        return ShownFMechanism(file.mechanism)
     return None
 
 

@@ -14,16 +14,13 @@ from numpy.typing import NDArray
 from viser import GuiApi, GuiUplotHandle
 from viser.uplot import Axis, Scale, Series
 
-from tri_glide_kinematics.panel.machine import (
-    TABLE,
-    MachineFacts,
+from tri_glide_kinematics.panel.link import TABLE, MachineFacts, SteadyTimes, SwingFeed
+from tri_glide_kinematics.panel.operator_requests import (
     OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
-    SteadyTimes,
-    SwingFeed,
-    note,
 )
+from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.settings import NO_SHAPER, Values
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text
@@ -286,13 +283,14 @@ class Curves:
 
     Attributes:
         plots: of heights, velocities and accelerations.
+        history: takes in samples, at any rate.
         recorded: drawn in place of the last 10 s; None for these.
     """
 
     def __init__(self, gui: GuiApi, limits: CurveLimits) -> None:
         """Add the plots to the container of ``gui`` that is open."""
         self._gui = gui
-        self._history = History()
+        self.history = History()
         self._limits = limits
         self.recorded: History | None = None
         self._drawn_at: float | None = None
@@ -309,29 +307,19 @@ class Curves:
             self.plots[index].remove()
             self.plots[index] = self._add(plot, order)
 
-    def add(
-        self,
-        time: float,
-        heights: Sequence[float],
-        velocities: Sequence[float],
-        accelerations: Sequence[float],
-    ) -> None:
-        """Take in a sample, at any rate; arguments as for ``History.add``."""
-        self._history.add(time, heights, velocities, accelerations)
-
     def draw(self, time: float) -> None:
         """Draw if it is time to, and let the curves go on to ``time`` [s] if no samples come."""
         if not _is_due(self._drawn_at, time):
             return
         self._drawn_at = time
-        self._history.advance(time)
+        self.history.advance(time)
         for plot, handle in zip(_PLOTS, self.plots):
             _send(handle, self._columns(plot))
 
     def _columns(self, plot: _Plot) -> tuple[FloatArray, ...]:
         """Return ages, curves and limits as columns of equal length."""
-        ages = self._history.ages
-        curves = (self.recorded or self._history).values(plot.quantity) * plot.scale
+        ages = self.history.ages
+        curves = (self.recorded or self.history).values(plot.quantity) * plot.scale
         limits = (np.full(ages.size, limit) for limit in self._limits_of(plot))
         return ages, *curves, *limits
 
@@ -400,11 +388,12 @@ class SwingCurves:
 
     Attributes:
         plot: of them.
+        history: takes in samples, at any rate.
     """
 
     def __init__(self, gui: GuiApi) -> None:
         """Add the plot to the open container of ``gui``."""
-        self._history = SwingHistory()
+        self.history = SwingHistory()
         self._drawn_at: float | None = None
         self._range = math.nan
         self._legend = gui.add_html(_legend(AXIS_NAMES, COLOURS), visible=False)
@@ -417,15 +406,11 @@ class SwingCurves:
         self.plot = _add_plot(gui, title, columns, curves, scale, span=SWING_SPAN)
         self.plot.visible = False
 
-    def add(self, times: FloatArray, accelerations: FloatArray) -> None:
-        """Take in samples, at any rate; arguments as for ``SwingHistory.add``."""
-        self._history.add(times, accelerations)
-
     def draw(self, time: float) -> bool:
         """Draw if it is time to; return whether there is something to see."""
         if _is_due(self._drawn_at, time):
             self._drawn_at = time
-            self._history.advance(time)
+            self.history.advance(time)
             columns = self._columns()
             is_told = len(columns[0]) > 0
             if is_told:
@@ -440,9 +425,9 @@ class SwingCurves:
 
         A sensor may tell less often than there are bins.
         """
-        values = self._history.values()
+        values = self.history.values()
         told = np.isfinite(values[0])
-        return self._history.ages[told], *values[:, told]
+        return self.history.ages[told], *values[:, told]
 
     def _fit(self, largest: float) -> None:
         """Choose the range: a power of two, so that it changes seldom."""
@@ -552,7 +537,8 @@ class SwingTab:
         now, samples = time.monotonic(), feed.take()
         if len(samples):
             stamps = samples[:, 0]
-            self.curves.add(stamps + self._times.offset(float(stamps[-1]), now), samples[:, 1:])
+            times = stamps + self._times.offset(float(stamps[-1]), now)
+            self.curves.history.add(times, samples[:, 1:])
         self._silence.visible = not self.curves.draw(now)
 
     @property

@@ -11,19 +11,18 @@ from typing import Any
 import viser
 
 from tri_glide_kinematics.control import TEACH_SPEED, OperatingState
-from tri_glide_kinematics.panel.machine import (
+from tri_glide_kinematics.panel.link import MachineFacts, NewestWish
+from tri_glide_kinematics.panel.machine_scene import view_of
+from tri_glide_kinematics.panel.operator_requests import (
     RENEWALS,
     Event,
-    MachineFacts,
-    NewestWish,
     OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
     SpeedFields,
-    note,
 )
-from tri_glide_kinematics.panel.machine_scene import view_of
 from tri_glide_kinematics.panel.viser_parts import uuid_of
+from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.vectors import Vector3, plus, scaled, three
 
 HOLD, OWN = "hold", "own"

@@ -16,22 +16,20 @@ import viser
 
 from tri_glide_kinematics.control import IDLE
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine import (
+from tri_glide_kinematics.panel.link import (
     LARGEST_LAG,
     Feeds,
     MachineFacts,
     MotionFeed,
-    OperatorRequests,
     SteadyTimes,
-    bar,
-    note,
-    table,
 )
 from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.tabs.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.fault_curves import FaultCurves
 from tri_glide_kinematics.panel.tabs.machine_map import MachineMap
 from tri_glide_kinematics.panel.tabs.pick_view import PickView
+from tri_glide_kinematics.panel.words import bar, note, table
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.workspace import edge_rings
 
@@ -333,7 +331,7 @@ class LiveView:
             moment = motion.stamp + self._times.offset(motion.stamp, now)
             if motion.commanded is not None and moment > self._curves_at:
                 self._curves_at = moment
-                self._curves.add(moment, *motion.commanded)
+                self._curves.history.add(moment, *motion.commanded)
         feed.unseen.clear()
         # In silence they go on, too.
         if now - self._curves_at > LARGEST_LAG:

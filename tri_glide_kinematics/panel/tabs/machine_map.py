@@ -14,15 +14,14 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.calibration import Calibration, load_measurements
 from tri_glide_kinematics.calibration.session import solved
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine import (
-    MachineFacts,
+from tri_glide_kinematics.panel.link import MachineFacts
+from tri_glide_kinematics.panel.operator_requests import (
     OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
-    legend,
-    note,
 )
 from tri_glide_kinematics.panel.program_reading import Mark, mark_of
+from tri_glide_kinematics.panel.words import legend, note
 from tri_glide_kinematics.sizing import Maps, level_corners, maps
 from tri_glide_kinematics.vectors import FloatArray, three
 from tri_glide_kinematics.wording import number_text

@@ -17,10 +17,17 @@ import viser
 from tri_glide_kinematics.control import IDLE, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import load_text
-from tri_glide_kinematics.panel import machine as parts
+from tri_glide_kinematics.panel.link import Feeds, MachineFacts
+from tri_glide_kinematics.panel.operator_requests import (
+    Event,
+    OperatorRequests,
+    OperatorsInput,
+    OperatorsNumber,
+)
 from tri_glide_kinematics.panel.program_reading import mark_of
 from tri_glide_kinematics.panel.tabs.program_tab import ProgramTab
 from tri_glide_kinematics.panel.viser_parts import uuid_of
+from tri_glide_kinematics.panel.words import note, position_text, table
 from tri_glide_kinematics.programs import (
     LONGEST_TEXT,
     WORK_OFFSETS,
@@ -66,8 +73,8 @@ class ManualControls:
     def __init__(
         self,
         gui: viser.GuiApi,
-        requests: parts.OperatorRequests,
-        feeds: parts.Feeds,
+        requests: OperatorRequests,
+        feeds: Feeds,
         programs: ProgramTab,
         place: Callable[[], Vector3 | None],
     ) -> None:
@@ -82,7 +89,7 @@ class ManualControls:
         """
         self._gui, self._requests, self._feeds = gui, requests, feeds
         self._programs, self._place = programs, place
-        self._facts: parts.MachineFacts | None = None
+        self._facts: MachineFacts | None = None
         # Work offsets in force, and the marks of the files that say so.
         self._zeros: dict[str, Vector3] = {}
         self._marks: object = None
@@ -101,12 +108,13 @@ class ManualControls:
         self._buttons: dict[str, tuple[str, Any]] = {}
         programs.is_taken = lambda: self._is_busy
         go_on = requests.link.on_resume
-        requests.link.on_resume = lambda: self._goes_on() or go_on()
+        # A line that waits goes on, or else a program.
+        requests.link.on_resume = lambda: (self._run is not None and self._run.go_on()) or go_on()
         # Above what changes its height: a button must not move under the finger.
         is_used = self._buttons_file.exists()
         self._own = gui.add_folder("Own buttons", expand_by_default=is_used)
         with self._own:
-            self._own_name = parts.OperatorsInput(requests, gui.add_text("Button", ""))
+            self._own_name = OperatorsInput(requests, gui.add_text("Button", ""))
             change = gui.add_button_group("Own", ("newest line", "chosen file", "remove"))
             change.on_click(requests.on(self._change_buttons))
         with gui.add_folder("Line"):
@@ -115,19 +123,19 @@ class ManualControls:
             gui.add_html(FIELD.format(uuid_of(self._typed)))
             self._history, self._told = gui.add_html(""), gui.add_html("")
         with gui.add_folder("Work zero", expand_by_default=False):
-            self._name = parts.OperatorsInput(requests, gui.add_dropdown("Offset", WORK_OFFSETS))
-            self._value = parts.OperatorsNumber(requests, gui, "This place is [mm]", 0.0)
+            self._name = OperatorsInput(requests, gui.add_dropdown("Offset", WORK_OFFSETS))
+            self._value = OperatorsNumber(requests, gui, "This place is [mm]", 0.0)
             buttons = gui.add_button_group("Set", (*AXES, "clear"))
             buttons.on_click(requests.on(self._set_zero))
             self._zero_text = gui.add_html("")
         self._folder = gui.add_folder("Outputs", expand_by_default=False)
         with self._folder:
-            self._speed = parts.OperatorsNumber(requests, gui, "M3, or M4 if < 0 [1/min]", 1000.0)
+            self._speed = OperatorsNumber(requests, gui, "M3, or M4 if < 0 [1/min]", 1000.0)
             self._values = gui.add_html("")
         for key in USUAL:
             self._add_switch(key)
 
-    def step(self, facts: parts.MachineFacts | None) -> None:
+    def step(self, facts: MachineFacts | None) -> None:
         """Go on; ``facts`` are those of the machine that is there."""
         self._facts = facts
         try:
@@ -163,12 +171,12 @@ class ManualControls:
             words = "done" if run.is_whole else run.doing or run.state.value
         told = self._feeds.outputs
         lines = escape(json.dumps(list(self._lines)))
-        zero = parts.position_text(self._zeros.get(self._name.value, (0.0, 0.0, 0.0)))
+        zero = position_text(self._zeros.get(self._name.value, (0.0, 0.0, 0.0)))
         for html, content in (
             (self._history, f'<span hidden data-lines="{lines}"></span>'),
-            (self._told, parts.note(f"{self._what}: {words}") if words else ""),
-            (self._zero_text, parts.note(f"its zero: {zero}")),
-            (self._values, parts.table((_name(key), f"{told[key][1]:g}") for key in told)),
+            (self._told, note(f"{self._what}: {words}") if words else ""),
+            (self._zero_text, note(f"its zero: {zero}")),
+            (self._values, table((_name(key), f"{told[key][1]:g}") for key in told)),
         ):
             if html.content != content:
                 html.content = content
@@ -187,7 +195,7 @@ class ManualControls:
         zero = self._zeros.get(name)
         if place is None or zero is None or not any(zero):
             return ""
-        return f"\n{name}: {parts.position_text(minus(place, zero))}"
+        return f"\n{name}: {position_text(minus(place, zero))}"
 
     # Work zero
 
@@ -195,7 +203,7 @@ class ManualControls:
         marks = tuple(map(mark_of, (*self._programs.files, self._buttons_file)))
         if marks != self._marks:
             self._marks, self._zeros = marks, {}
-            self._zeros = dict(self._programs.settings().offsets)
+            self._zeros = dict(self._programs.chosen.settings().offsets)
             self._show_buttons(load_buttons(self._buttons_file))
 
     def _set_zero(self, what: str) -> None:
@@ -222,7 +230,7 @@ class ManualControls:
         is_running = self._run is not None and self._run.state is not RunState.ENDED
         return is_running or self._proof is not None
 
-    async def _take_line(self, event: parts.Event) -> None:
+    async def _take_line(self, event: Event) -> None:
         text = event.target.value.strip()
         if event.client_id is not None and text:
             # The same line may be sent again.
@@ -246,8 +254,9 @@ class ManualControls:
         self._run, self._from = None, self._place()
         self._check_ready()
         assert self._facts is not None and self._from is not None
+        settings = self._programs.chosen.settings()
         self._proof = self._prover.submit(
-            _proved, text, name or "typed", self._programs.settings(), self._from, self._facts
+            _proved, text, name or "typed", settings, self._from, self._facts
         )
 
     def _change_buttons(self, what: str) -> None:
@@ -264,7 +273,7 @@ class ManualControls:
             reason = f"there is a button {name}" if name in buttons else f"there are {MOST_BUTTONS}"
             raise KinematicsError(f"nothing made: {reason} already; remove one first")
         elif what == "chosen file":
-            buttons[name] = load_text(self._programs.chosen_path, KeptError, LONGEST_TEXT)
+            buttons[name] = load_text(self._programs.chosen.path, KeptError, LONGEST_TEXT)
         elif self._lines:
             buttons[name] = self._lines[0]
         else:
@@ -305,20 +314,13 @@ class ManualControls:
         if reason:
             raise KinematicsError(f"nothing driven: {reason}")
 
-    def _goes_on(self) -> bool:
-        """Let a line that waits go on; return whether one did."""
-        if self._run is None or self._run.state is not RunState.WAITING:
-            return False
-        self._run.go_on()
-        return True
-
     # Outputs
 
     def _add_switch(self, key: tuple[str, int]) -> None:
         with self._folder:
             box = self._boxes[key] = self._gui.add_checkbox(_name(key), initial_value=False)
 
-        async def switch(event: parts.Event) -> None:
+        async def switch(event: Event) -> None:
             if event.client_id is None:
                 return
             wanted = event.target.value
@@ -341,7 +343,7 @@ class ManualControls:
 
 
 def _proved(
-    text: str, name: str, settings: ProgramSettings, place: Vector3, facts: parts.MachineFacts
+    text: str, name: str, settings: ProgramSettings, place: Vector3, facts: MachineFacts
 ) -> Program:
     program = read_short(text, settings, place, name)
     check_program(program, facts.workspace, *facts.bounds)

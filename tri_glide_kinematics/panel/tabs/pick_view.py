@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from tri_glide_interfaces.msg import PickState
-from tri_glide_kinematics.panel.machine import table
+from tri_glide_kinematics.panel.words import table
 from tri_glide_kinematics.ros.messages import vector_of
 
 # Parts on the belt, and the one that is picked: red, green and blue.

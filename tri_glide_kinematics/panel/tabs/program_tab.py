@@ -17,21 +17,15 @@ import viser
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import ProgramRun as RunMessage
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine import (
+from tri_glide_kinematics.panel.link import MachineFacts, NewestWish
+from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
+from tri_glide_kinematics.panel.operator_requests import (
     SLOWEST_SPEED,
     USUAL_SPEED,
-    WARNING,
-    MachineFacts,
-    NewestWish,
     OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
-    clock_text,
-    code,
-    note,
-    progress,
 )
-from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
 from tri_glide_kinematics.panel.program_reading import (
     CUT,
     OUTSIDE,
@@ -48,10 +42,10 @@ from tri_glide_kinematics.panel.programs import (
     send_file,
 )
 from tri_glide_kinematics.panel.viser_parts import uuid_of
+from tri_glide_kinematics.panel.words import WARNING, clock_text, code, note, progress
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramRun,
-    ProgramSettings,
     RunState,
     from_line,
     line_to_go_on_from,
@@ -116,6 +110,7 @@ class ProgramTab:
 
     Attributes:
         link: by which programs run.
+        chosen: the one that is chosen, and what it does not say.
         files: the settings of programs, and the work zeros that are kept.
         left: how long the program that runs still takes, for the strip; empty if unknown.
         is_taken: returns whether a typed line has the machine, beside which no program begins.
@@ -150,7 +145,7 @@ class ProgramTab:
         self._folder = uploads.folder
         self._uploads = uploads
         self._kept = kept
-        self._chosen = ChosenProgram(self._folder, settings_file, zeros_file, present)
+        self.chosen = ChosenProgram(self._folder, settings_file, zeros_file, present)
         self.link, self.files = link, (settings_file, zeros_file)
         self.left = ""
         self.is_taken: Callable[[], bool] = lambda: False
@@ -223,8 +218,8 @@ class ProgramTab:
         if facts is not None and facts is not self._facts:
             self._facts = facts
             self._show_override()
-            self._chosen.take_facts(facts)
-        if not self.is_running and self._chosen.has_another_machine:
+            self.chosen.take_facts(facts)
+        if not self.is_running and self.chosen.has_another_machine:
             self._load()
         self._take_answer()
         if self._run is not None and self.is_running:
@@ -249,7 +244,7 @@ class ProgramTab:
         if self._is_due("list", LIST_PERIOD):
             self._show_list()
         if self._is_due("show", SHOW_PERIOD):
-            self._words.content = self._uploads.text + self._chosen.text(is_running=self.is_running)
+            self._words.content = self._uploads.text + self.chosen.text(is_running=self.is_running)
             self._show_progress()
             self._show_lines()
 
@@ -263,23 +258,19 @@ class ProgramTab:
         self.stop()
         return self._run is None or self._run.is_delivered(monotonic())
 
-    def close(self) -> None:
-        """End the process that reads, if there is one."""
-        self._chosen.close()
-
     # Files
 
     def _take_file(self, name: str) -> None:
         """Choose a file that has just come, unless another one runs."""
         if not self.is_running:
             self._choose(name)
-        elif name == self._chosen.name:
+        elif name == self.chosen.name:
             self._requests.refuse(f"{name} runs as it was; the new one is read when the run ends")
         self._show_list()
 
     def _show_list(self) -> None:
         """Show which files there are."""
-        chosen, names = self._chosen, self._folder.names()
+        chosen, names = self.chosen, self._folder.names()
         if chosen.name and chosen.name not in names and not self.is_running:
             self._requests.refuse(f"{chosen.name} is no longer in the folder of programs")
             self._choose(NO_FILE)
@@ -295,42 +286,42 @@ class ProgramTab:
 
     def _choose(self, name: str) -> None:
         if self.is_running:
-            self._requests.refuse(f"nothing chosen: {self._chosen.name} runs")
-            self._file.set(self._chosen.name)
+            self._requests.refuse(f"nothing chosen: {self.chosen.name} runs")
+            self._file.set(self.chosen.name)
             return
-        self._chosen.name = "" if name == NO_FILE else name
-        self._name.set(self._chosen.name)
+        self.chosen.name = "" if name == NO_FILE else name
+        self._name.set(self.chosen.name)
         self._line.set(1)
         self._load()
 
     def _choose_dialect(self, dialect: str) -> None:
         if self.is_running:
-            self._requests.refuse(f"dialect not changed: {self._chosen.name} runs")
-            self._dialect.set(self._chosen.dialect)
+            self._requests.refuse(f"dialect not changed: {self.chosen.name} runs")
+            self._dialect.set(self.chosen.dialect)
             return
-        self._chosen.dialect = dialect
+        self.chosen.dialect = dialect
         self._load()
 
     def _load(self) -> None:
         """Begin to read the file that is chosen, in place of what was read before."""
         self._run = None
         self._drawing.clear()
-        self._chosen.load()
+        self.chosen.load()
 
     def _take_answer(self) -> None:
         """Take what has been found out about the program, if that is there."""
-        answer = self._chosen.take_answer()
+        answer = self.chosen.take_answer()
         if isinstance(answer, ReadProgram):
             self._drawing.draw(answer)
             # Of another program, or of one that was driven to its end, nothing is kept.
             with suppress(KinematicsError):
                 self._line.set(line_to_go_on_from(self._kept, answer.program))
-        elif isinstance(answer, NotRead) and self._chosen.read is None and answer.line:
+        elif isinstance(answer, NotRead) and self.chosen.read is None and answer.line:
             self._line.set(answer.line)
 
     def _press_file(self, what: str) -> None:
         """Rename, send or delete the file that is chosen."""
-        name = self._chosen.name
+        name = self.chosen.name
         if not name:
             self._requests.refuse("choose a program first")
         elif what == "download":
@@ -356,7 +347,7 @@ class ProgramTab:
 
     def _show_lines(self) -> None:
         """List lines around the one that runs, or that *run* begins at."""
-        chosen = self._chosen
+        chosen = self.chosen
         if chosen.read is None:
             self._listing.content = ""
             return
@@ -378,26 +369,13 @@ class ProgramTab:
     # Runs
 
     @property
-    def chosen_path(self) -> Path:
-        """Where the file is that is chosen.
-
-        Raises:
-            KinematicsError: if there is none.
-        """
-        return self._chosen.path
-
-    @property
     def is_running(self) -> bool:
         """Whether a program runs."""
         return self._run is not None and self._run.state is not RunState.ENDED
 
-    def settings(self) -> ProgramSettings:
-        """Return what programs do not say; see ``ChosenProgram.settings``."""
-        return self._chosen.settings()
-
     def has_output(self, output: tuple[str, int]) -> bool:
         """Return whether a program runs that changes an output, by its name and number."""
-        read = self._chosen.read if self.is_running else None
+        read = self.chosen.read if self.is_running else None
         changes = (each for step in read.program.steps for each in step.changes) if read else ()
         return any((each.name, each.number) == output for each in changes)
 
@@ -405,16 +383,16 @@ class ProgramTab:
         """Do what a button says."""
         if what == "check":
             if self._ready("nothing checked") is not None:
-                self._chosen.prove()
+                self.chosen.prove()
         elif what == "run":
             self._begin_run()
         elif what == "cancel":
             self._due["show"] = 0.0
             if name := self._uploads.cancel():
                 self._requests.history.add(WARNING, f"cancelled: {name} is being sent")
-            elif self._chosen.is_in_work:
-                self._requests.history.add(WARNING, f"cancelled: {self._chosen.in_work}")
-                self._chosen.cancel()
+            elif self.chosen.is_in_work:
+                self._requests.history.add(WARNING, f"cancelled: {self.chosen.in_work}")
+                self.chosen.cancel()
             else:
                 self._requests.refuse("nothing cancelled: no program is being sent, read or proved")
         elif what == "pause":
@@ -431,12 +409,12 @@ class ProgramTab:
         read = self._ready("nothing begun")
         if read is None:
             return
-        reason = self._chosen.outside or self._chosen.error
+        reason = self.chosen.outside or self.chosen.error
         if reason:
             self._requests.refuse(f"nothing begun: {reason}")
             return
         self._way = math.nan
-        self._chosen.begin_run()
+        self.chosen.begin_run()
         try:
             self._run = ProgramRun(
                 self.link,
@@ -450,7 +428,7 @@ class ProgramTab:
 
     def _ready(self, nothing: str) -> ReadProgram | None:
         """Return the program, if it can be checked or run now; else say why ``nothing`` is done."""
-        chosen = self._chosen
+        chosen = self.chosen
         if self.is_running:
             self._requests.refuse(f"{nothing}: {chosen.name} runs already")
         elif self.is_taken():
@@ -473,24 +451,21 @@ class ProgramTab:
         self._line.set(1 if run.is_whole else max(run.line, 1))
         failed = next((each for each in run.reports if not each.is_good), None)
         if run.was_stopped:
-            text = f"{self._chosen.name}: stopped at line {run.line:,}"
+            text = f"{self.chosen.name}: stopped at line {run.line:,}"
             self._requests.history.add(WARNING, text)
         elif failed is not None and failed.text:
-            self._requests.refuse(f"{self._chosen.name}: {failed.text}")
+            self._requests.refuse(f"{self.chosen.name}: {failed.text}")
 
     def _goes_on(self) -> bool:
         """Let a run that waits go on; return whether one did."""
-        if self._run is None or self._run.state is not RunState.WAITING:
-            return False
-        self._run.go_on()
-        return True
+        return self._run is not None and self._run.go_on()
 
     def _set_single_block(self, value: bool) -> None:
         if self._run is not None:
             self._run.single_block = value
 
     def _show_progress(self) -> None:
-        run, chosen = self._run, self._chosen
+        run, chosen = self._run, self.chosen
         self.left = ""
         if not self.is_running and (told := self._told_of_other()):
             self._progress.content = told
@@ -530,7 +505,7 @@ class ProgramTab:
             return ""
         name, line = Path(other.file).name, max(other.line, 1)
         is_here = Path(other.file) == self._folder.folder.absolute() / name
-        if is_here and not self._chosen.name:
+        if is_here and not self.chosen.name:
             self._choose(name)
         if self.link.other_goes_on:
             words = f"{other.driver} runs {name}: line {line:,} of {other.lines:,}; {other.doing}"
@@ -538,7 +513,7 @@ class ProgramTab:
             return progress(part, words)
         if other.state != RunMessage.ENDED:
             other.state = RunMessage.ENDED
-            if is_here and name == self._chosen.name:
+            if is_here and name == self.chosen.name:
                 self._line.set(line)
         return note(f"{name} ended at line {line:,}, because what drove it is gone")
 
@@ -546,7 +521,7 @@ class ProgramTab:
         """Mark a line of the path in the scene; 0 is none."""
         if line != self._marked:
             self._marked = line
-            self._drawing.mark(self._chosen.points_at(line))
+            self._drawing.mark(self.chosen.points_at(line))
 
     def _is_due(self, name: str, period: float) -> bool:
         now = monotonic()

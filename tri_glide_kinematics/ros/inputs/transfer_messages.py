@@ -12,10 +12,11 @@ from tri_glide_kinematics.checks import finite
 from tri_glide_kinematics.errors import OutOfBoundsError, WrongShapeError
 from tri_glide_kinematics.motion.engine import Stop, Transfer, TransferProgress
 from tri_glide_kinematics.ros.messages import (
-    age_of,
     age_of_target,
+    ahead_of_steady,
     check_frame,
     has_stamp,
+    steady_time,
     vector_of,
 )
 
@@ -37,19 +38,24 @@ def transfer_of(request: Any, base_frame: str, clock: Clock) -> Transfer:
     count = len(request.stations)
     if not 1 <= count <= MOST_STATIONS:
         raise OutOfBoundsError("number of stations", count, f"1 to {MOST_STATIONS}")
-    stamp, now = request.header.stamp, time.monotonic()
-    age = age_of_target(stamp, clock, LONGEST, "transfer") if has_stamp(stamp) else 0.0
-    leave_in = -age_of(request.leave_at, clock) if has_stamp(request.leave_at) else 0.0
-    if leave_in > LONGEST:
-        raise OutOfBoundsError("leave_at", leave_in, f"at most {LONGEST:g} from now", "s")
+    stamp, leave, ahead = request.header.stamp, request.leave_at, ahead_of_steady(clock)
+    seen = leave_at = time.monotonic()
+    if has_stamp(stamp):
+        age_of_target(stamp, clock, LONGEST, "transfer")
+        seen = steady_time(stamp, ahead)
+    if has_stamp(leave):
+        leave_in = steady_time(leave, ahead) - leave_at
+        if leave_in > LONGEST:
+            raise OutOfBoundsError("leave_at", leave_in, f"at most {LONGEST:g} from now", "s")
+        leave_at += leave_in
     return Transfer(
         [_station(station, number) for number, station in enumerate(request.stations)],
         request.height,
         tolerance=request.tolerance,
         allowed=request.allowed,
         lifts=request.lifts,
-        seen=now - age,
-        leave_at=now + leave_in,
+        seen=seen,
+        leave_at=leave_at,
     )
 
 
@@ -60,13 +66,14 @@ def renewal_of(message: StationState, base_frame: str, clock: Clock) -> tuple[in
         KinematicsError: if it is in another frame, has no stamp, or a number is not finite.
     """
     check_frame("station state", message.header.frame_id, (base_frame,))
-    age = age_of_target(message.header.stamp, clock, LONGEST, "station state")
+    age_of_target(message.header.stamp, clock, LONGEST, "station state")
+    seen = steady_time(message.header.stamp, ahead_of_steady(clock))
     vectors = (message.position, message.velocity, message.acceleration)
     position, velocity, acceleration = (vector_of(each) for each in vectors)
     for value in (*position, *velocity, *acceleration):
         finite("station state", value)
     stop = Stop(position, 0.0, velocity, acceleration)
-    return message.station, stop, time.monotonic() - age
+    return message.station, stop, seen
 
 
 def arrival_stamps(progress: TransferProgress, delay: float, clock: Clock) -> list[int]:

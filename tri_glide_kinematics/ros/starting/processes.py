@@ -143,10 +143,6 @@ class NodeProcesses:
         self._processes.append(process)
         return process
 
-    def ended(self) -> list[Process]:
-        """Return the processes that have ended by themselves."""
-        return [process for process in self._processes if process.poll() is not None]
-
     def stop(self) -> None:
         """End all processes: politely first, then for certain, however impatient the user is."""
         try:

@@ -22,10 +22,9 @@ from tri_glide_kinematics.mechanisms.four_bar import (
     CrankLimitError,
     DeadCentreKind,
     GrashofClass,
-    NotAssemblableError,
 )
-from tri_glide_kinematics.ros import mechanisms as mechanism_messages
-from tri_glide_kinematics.ros.mechanisms import RefusedRequestError, crank_angles
+from tri_glide_kinematics.nodes import mechanism_node as mechanism_messages
+from tri_glide_kinematics.nodes.mechanism_node import RefusedRequestError, crank_angles
 
 OPEN, CROSSED = FourBarPose.OPEN, FourBarPose.CROSSED
 
@@ -146,10 +145,6 @@ class TestSolveFourBar:
     @pytest.mark.parametrize(
         ("changes", "error", "text"),
         [
-            ({"crank": 0.0}, OutOfBoundsError, "crank = 0 m must be greater than 0"),
-            ({"crank": 1e-300}, OutOfBoundsError, "crank = 1e-300 m must be at least"),
-            ({"rocker": -9.0}, OutOfBoundsError, "rocker = -9 m must be greater than 0"),
-            ({"coupler": 17.0}, NotAssemblableError, "coupler = 17 m must be shorter"),
             ({"given_by": 2}, RefusedRequestError, "given_by = 2 must be 0 or 1"),
             ({"given_by": 1}, OutOfBoundsError, "crank = 0 m must be greater than 0"),
             ({"tolerance": 0.1}, OutOfBoundsError, "tolerance = 0.1 must be from 0 to 1e-3"),

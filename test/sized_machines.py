@@ -1,32 +1,16 @@
-"""Soak of the sizing proof: what ``size`` says of a machine holds at every place that is tried.
+"""Places of a volume, and the largest force that a machine needs there.
 
-For wishes at random: no slider needs more than the proved force, at the wanted speed and
-acceleration, and no place of the wanted volume is refused. The worst directions are exact: a force
-is linear in the acceleration of the platform and a quadratic form of its velocity.
-
-Run it as ``python -m benchmarks.soak_sizing --count 300``; it exits with 1 after a violation.
+The worst directions are exact: a force is linear in the acceleration of the platform and a
+quadratic form of its velocity.
 """
 
-from __future__ import annotations
-
 import math
-import sys
 
 import numpy as np
 
-from benchmarks.command_line import numbers
 from tri_glide_kinematics.dynamics import SliderForces
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.sizing import (
-    Box,
-    ImpossibleWishError,
-    Objective,
-    Sizing,
-    Wish,
-    heights_of,
-    size,
-    some_places,
-)
+from tri_glide_kinematics.sizing import Box, Sizing, Wish, heights_of, some_places
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import Cylinder, Workspace
 
@@ -35,9 +19,6 @@ PLACES = 1000
 ROUNDS = (0.1, 0.01, 0.001)
 # Places are this part inside the edge, which rounding may put outside.
 INSIDE = 1e-9
-# A number may be above what is proved by this part of it: rounding.
-ROUNDING = 1e-9
-
 # Velocities whose squares tell a quadratic form, as pairs of axes.
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -153,35 +134,12 @@ def _is_inside(wish: Wish, place: FloatArray) -> bool:
     return bool(away <= volume.radius)
 
 
-def main() -> int:
-    """Size machines, and print what was found.
-
-    Returns:
-        Exit code: 1 after a violation.
-    """
-    options = numbers(__doc__, count=(300, "of machines"), seed=(1, "of wishes and places"))
-    parts: list[float] = []
-    impossible = violations = number = 0
-    while len(parts) < options.count:
-        number += 1
-        rng = np.random.default_rng((options.seed, number))
-        wish = random_wish(rng)
-        try:
-            sizing = size(wish, tuple(Objective)[number % 2])
-        except ImpossibleWishError:
-            impossible += 1
-            continue
-        parts.append(part_of_force(sizing, rng))
-        texts = refused(sizing, rng)
-        if parts[-1] > 1.0 + ROUNDING or texts:
-            violations += 1
-            print(f"VIOLATION of wish {number}: force {parts[-1]:.6f}, {wish}, {texts[:1]}")
-    print(
-        f"{len(parts)} machines, {impossible} impossible wishes: force at most {max(parts):.6f} "
-        f"of the proved one, median {np.median(parts):.6f}; {violations} violations"
+def slider_motion(machine, place, velocity, acceleration):
+    """Velocities and accelerations of the sliders for motions of the platform. Shapes (..., 3)."""
+    jacobian = np.array(machine.jacobian(place))
+    rates = velocity @ jacobian.T
+    squares = np.square(velocity[..., :2]).sum(axis=-1, keepdims=True)
+    squares = squares + np.square(rates - velocity[..., 2:])
+    return rates, acceleration @ jacobian.T - squares / (
+        np.array(machine.inverse(place)) - place[2]
     )
-    return int(bool(violations))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -14,16 +14,15 @@ from mechanisms_rig import page_server
 from viser import GuiEvent
 
 from testing.client import Probe
-from tri_glide_kinematics.panel.machine import (
+from tri_glide_kinematics.panel.link import MachineFacts, MachineLink
+from tri_glide_kinematics.panel.operator_requests import (
     RENEWALS,
-    MachineFacts,
-    MachineLink,
     OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
     SpeedFields,
+    WrongNumberError,
 )
-from tri_glide_kinematics.panel.machine.operator_requests import WrongNumberError
 from tri_glide_kinematics.panel.tabs import DriveTab, Point, PointsTab
 
 TYPED = (

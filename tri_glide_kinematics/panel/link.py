@@ -34,7 +34,7 @@ from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
 from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.motion.shaping import Shaping
-from tri_glide_kinematics.panel.machine.words import MachineStatus, place_text
+from tri_glide_kinematics.panel.words import MachineStatus, place_text
 from tri_glide_kinematics.ros.cdr import STAMP_END, STAMP_OFFSET, byte_order
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.loop import UrgentInputs
@@ -123,11 +123,6 @@ class MachineFacts:
     def joints(self) -> tuple[str, ...]:
         """Names of the sliders."""
         return tuple(self.values["joint_names"])
-
-    @property
-    def base_frame(self) -> str:
-        """Frame of all places."""
-        return str(self.values["base_frame"])
 
     @property
     def speed_scale(self) -> float:

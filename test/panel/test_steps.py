@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.control import IDLE, MOVING, OperatingState
-from tri_glide_kinematics.panel.machine import Steps
-from tri_glide_kinematics.panel.machine.operator_requests import STEP_PATIENCE
+from tri_glide_kinematics.panel.operator_requests import STEP_PATIENCE, Steps
 
 UP = (0.0, 0.0, 0.01)
 OWN = (IDLE, MOVING)

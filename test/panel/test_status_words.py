@@ -9,8 +9,17 @@ from strategies import DEFAULT_LIMITS
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control import PAUSED, Cause, OperatingState
-from tri_glide_kinematics.panel.machine import FAULT, READY, WARNING, clock_text, outside_text
-from tri_glide_kinematics.panel.machine.words import CAUSES, COLORS, REFUSALS, MachineStatus
+from tri_glide_kinematics.panel.words import (
+    CAUSES,
+    COLORS,
+    FAULT,
+    READY,
+    REFUSALS,
+    WARNING,
+    MachineStatus,
+    clock_text,
+    outside_text,
+)
 from tri_glide_kinematics.settings import IK_NODE
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.workspace import Workspace

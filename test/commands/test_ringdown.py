@@ -12,7 +12,7 @@ from tri_glide_kinematics.calibration.ringdown import (
     load_recording,
     save_recording,
 )
-from tri_glide_kinematics.commands.ringdown_of_files import SHAPERS, main
+from tri_glide_kinematics.commands.ringdown import SHAPERS, main
 from tri_glide_kinematics.figures import ringdown_figure
 from tri_glide_kinematics.motion.shaping import ShaperKind
 
@@ -88,24 +88,6 @@ def test_where_nothing_is_known_there_is_a_picture_and_no_parameter_file(tmp_pat
     )
     assert picture.exists()
     assert not modes.exists()
-
-
-def test_a_machine_is_measured_instead_of_a_file(capsys):
-    asked = []
-
-    def measure(by_heights):
-        asked.append(by_heights)
-        return [Path(EXAMPLE)]
-
-    assert main(["--machine", "--heights"], measure) == 0
-    assert asked == [True]
-    assert "Mode 1: frequency" in capsys.readouterr().out
-
-
-def test_without_ros_no_machine_is_measured(capsys):
-    with pytest.raises(SystemExit, match="2"):
-        main(["--machine"])
-    assert "--machine needs ROS 2" in capsys.readouterr().err
 
 
 def test_the_command_knows_all_kinds_of_shapers():

@@ -6,7 +6,7 @@ import pickle
 
 from tri_glide_kinematics.control import TEACH_SPEED
 from tri_glide_kinematics.motion import ForceLimits, PlatformSpeedLimit
-from tri_glide_kinematics.panel.machine import MachineFacts
+from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.settings import IK_NODE
 
 FACTS = MachineFacts({parameter.name: parameter.default for parameter in IK_NODE})

@@ -19,7 +19,7 @@ import viser
 
 from tri_glide_kinematics.control import IDLE, JOGGING, MOVING, Cause, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.machine.link import MachineLink
+from tri_glide_kinematics.panel.link import MachineLink
 from tri_glide_kinematics.panel.viser_parts import show_value
 from tri_glide_kinematics.vectors import Vector3, plus, scaled
 

@@ -13,8 +13,16 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Imu
 
 from tri_glide_interfaces.msg import MachineState, MotionState
-from tri_glide_kinematics.panel.machine import Feeds, MotionFeed, SteadyTimes, SwingFeed, link
-from tri_glide_kinematics.panel.machine.link import SILENCE, STATE_SILENCE, read_acceleration
+from tri_glide_kinematics.panel import link
+from tri_glide_kinematics.panel.link import (
+    SILENCE,
+    STATE_SILENCE,
+    Feeds,
+    MotionFeed,
+    SteadyTimes,
+    SwingFeed,
+    read_acceleration,
+)
 
 pytestmark = pytest.mark.nodes
 
@@ -57,7 +65,7 @@ def test_what_was_told_long_ago_is_not_known(
     assert feed.commanded is not None
     assert (feed.commanded.heights, feed.measured) == (HEIGHTS, HEIGHTS)
     later = link.time.monotonic() + SILENCE
-    monkeypatch.setattr("tri_glide_kinematics.panel.machine.link.time.monotonic", lambda: later)
+    monkeypatch.setattr("tri_glide_kinematics.panel.link.time.monotonic", lambda: later)
     assert feed.commanded is None
     assert feed.measured is None
     # The curves show it all the same.
@@ -87,7 +95,7 @@ def test_a_machine_that_moved_and_tells_no_more_is_not_heard(
     all_feeds._on_state(MachineState(state=MachineState.MOVING, speed=speed))
     assert not all_feeds.is_silent
     later = link.time.monotonic() + 1.1 * STATE_SILENCE
-    monkeypatch.setattr("tri_glide_kinematics.panel.machine.link.time.monotonic", lambda: later)
+    monkeypatch.setattr("tri_glide_kinematics.panel.link.time.monotonic", lambda: later)
     assert all_feeds.is_silent == is_silent
 
 

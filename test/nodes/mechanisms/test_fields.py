@@ -14,7 +14,7 @@ from mechanism_requests import example_2
 from tri_glide_interfaces.msg import CrankSweep
 from tri_glide_interfaces.srv import SolveFMechanism, SolveFourBar
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, OutOfBoundsError
-from tri_glide_kinematics.ros.mechanisms import LARGEST, check_numbers, column, crank_angles
+from tri_glide_kinematics.nodes.mechanism_node import LARGEST, check_numbers, column, crank_angles
 
 
 class TestNumbers:

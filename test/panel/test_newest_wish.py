@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.panel.machine import NewestWish
+from tri_glide_kinematics.panel.link import NewestWish
 
 
 class Link:

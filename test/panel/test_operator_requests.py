@@ -16,14 +16,8 @@ from viser import GuiEvent, ViserServer
 
 from testing.client import Probe
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.panel.machine import (
-    NOBODY,
-    RENEWALS,
-    MachineLink,
-    OperatorRequests,
-    OperatorsInput,
-)
-from tri_glide_kinematics.panel.machine.link import LATEST_ONLY
+from tri_glide_kinematics.panel.link import LATEST_ONLY, NOBODY, MachineLink
+from tri_glide_kinematics.panel.operator_requests import RENEWALS, OperatorRequests, OperatorsInput
 
 pytestmark = pytest.mark.nodes
 

@@ -1,0 +1,92 @@
+"""Stands in for a belt with parts, a camera and a gripper, beside a simulated machine."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+from geometry_msgs.msg import Point, PoseStamped, Vector3, Vector3Stamped
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.time import Time
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Header
+
+from tri_glide_interfaces.msg import Output, SeenPart, SeenParts
+from tri_glide_kinematics.ros.live_parameters import LiveParameters
+from tri_glide_kinematics.ros.loop import Cycle
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS, vector_of
+from tri_glide_kinematics.ros.outputs import LATCHED
+from tri_glide_kinematics.ros.serving import PatientServices
+from tri_glide_kinematics.settings import SIMULATED_CELL_NODE, simulated_cell_of
+from tri_glide_kinematics.vectors import plus
+
+RELIABLE = QoSProfile(depth=10)
+
+# Of looking what has come in: a gripper closes by this late [s].
+PERIOD = 0.002
+
+
+class SimulatedCellNode(Node):
+    """A simulated belt, camera and gripper on topics. Its time begins with the node."""
+
+    def __init__(self) -> None:
+        """Declare the parameters and start the belt.
+
+        Raises:
+            KinematicsError: if a parameter has a value that it cannot work with.
+        """
+        super().__init__("simulated_cell_node")
+        self._values = values = LiveParameters(self, SIMULATED_CELL_NODE, simulated_cell_of).values
+        self._encoder, self._camera, self._gripper = simulated_cell_of(values)
+        self._begin = self.get_clock().now().nanoseconds
+        self._holds: bool | None = None
+        self._belts = self.create_publisher(JointState, "belt_states", RELIABLE)
+        self._pictures = self.create_publisher(SeenParts, "seen_parts", RELIABLE)
+        self._held = self.create_publisher(Bool, "part_held", LATCHED)
+        self._grips = self.create_publisher(Vector3Stamped, "true_grip_errors", RELIABLE)
+        outputs = self.create_subscription(Output, "outputs", self._on_output, LATEST_OUTPUTS)
+        poses = self.create_subscription(PoseStamped, "true_pose", self._on_pose, RELIABLE)
+        self.cycle = Cycle((outputs, poses), PERIOD, self._cycle)
+        PatientServices(self)
+
+    def _seconds(self, nanoseconds: int) -> float:
+        """Return a time of the clock [ns] as one of the cell [s]."""
+        return 1e-9 * (nanoseconds - self._begin)
+
+    def _header(self, time: float, frame: str) -> Header:
+        stamp = Time(nanoseconds=self._begin + round(1e9 * time)).to_msg()
+        return Header(stamp=stamp, frame_id=frame)
+
+    def _cycle(self) -> None:
+        now = self._seconds(self.get_clock().now().nanoseconds)
+        for time, position in self._encoder.take(now):
+            message = JointState(name=[self._values["belt_joint"]], position=[position])
+            message.header = self._header(time, "")
+            self._belts.publish(message)
+        for time, seen in groupby(self._camera.take(now), key=lambda sighting: sighting.time):
+            picture = SeenParts(header=self._header(time, self._camera.name))
+            for _, (x, y, z), kind, identity, angle, _ in seen:
+                point = Point(x=x, y=y, z=z)
+                part = SeenPart(id=identity, kind=kind, position=point, angle=angle)
+                picture.parts.append(part)
+            self._pictures.publish(picture)
+
+    def _on_output(self, message: Output) -> None:
+        values = self._values
+        if (message.name, message.number) == (values["gripper_output"], values["gripper_number"]):
+            now = self._seconds(self.get_clock().now().nanoseconds)
+            self._gripper.order(message.value != 0.0, now)
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        """Let the gripper take what is there, where the platform truly is."""
+        now = self._seconds(Time.from_msg(message.header.stamp).nanoseconds)
+        point = plus(vector_of(message.pose.position), self._values["gripper_point"])
+        before = len(self._gripper.grips)
+        holds = self._gripper.step(now, point)
+        for time, _, (x, y, z) in self._gripper.grips[before:]:
+            error = Vector3Stamped(header=self._header(time, self._values["base_frame"]))
+            error.vector = Vector3(x=x, y=y, z=z)
+            self._grips.publish(error)
+        if holds is not self._holds:
+            self._holds = holds
+            self._held.publish(Bool(data=holds))
