@@ -10,6 +10,9 @@ from typing import Any
 
 from tri_glide_kinematics.vectors import Vector3, combined
 
+# Two times that differ by less are the same: rounding [s].
+SAME_TIME = 1e-9
+
 
 class Underway:
     """Knows which setpoint is at the motors, and which outputs the sliders have passed.
@@ -67,6 +70,6 @@ class Underway:
     def passed_outputs(self) -> list[Any]:
         """Return the outputs that the motors have passed since, as the latest setpoint is sent."""
         passed = []
-        while self.outputs and self._sent - self.outputs[0][0] >= self.delay:
+        while self.outputs and self._sent - self.outputs[0][0] >= self.delay - SAME_TIME:
             passed.append(self.outputs.popleft()[1])
         return passed

@@ -85,7 +85,7 @@ def test_a_linear_move_begins_quickly_and_goes_on_with_the_plan_that_is_made_at_
     while in_pieces.preparing:
         run(in_pieces, FINE, pieces=1)
     longest = in_pieces.remaining
-    heights = run(in_pieces, 1.0, pieces=1)
+    heights = run(in_pieces, 1.0, pieces=2)
     assert_rests_at(in_pieces, TARGET)
     line = np.subtract(TARGET, START)
     beside = np.cross(MACHINE.forward_batch(heights) - TARGET, line) / np.linalg.norm(line)

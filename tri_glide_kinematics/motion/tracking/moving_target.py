@@ -114,6 +114,17 @@ class Course(NamedTuple):
         middle = combined(1.0, rate, 0.5 * time, bend)
         return Course(combined(1.0, value, time, middle), combined(1.0, rate, time, bend), bend)
 
+    def in_turn(self, interval: float) -> Course:
+        """Return the course at the last of three reports of a turn, which tell this one.
+
+        The parabola through them keeps its bend. In a turn that changes against the rate, so at the
+        last report, an ``interval`` from the middle one [s], both are others.
+        """
+        value, rate, bend = self
+        turned = turned_by(value, bend, interval)
+        rate = scaled(rate, 1.0 - turned / 3.0)
+        return Course(value, rate, combined(1.0, bend, -turned / interval, rate))
+
 
 class Trend:
     """A vector as it was told last, and how it goes on.
@@ -172,7 +183,7 @@ class Trend:
         self._told, self._slope = value, slope
         memory = self._bends.memory(MEMORY_OF_HANDS if self._by_hand else LONGEST_MEMORY)
         self._count += 1
-        sure = noise * min(self._count / EXPERIENCE, 1.0)
+        sure = noise * self.sure
         quick = max(1.0 - interval * self._bends.size / LARGEST_NOISE, 0.0) * memory
         memory = max(quick, sure * min(memory, LOOKED_BACK / (LOOKED_BACK + interval)))
         new = 1.0 - memory
@@ -188,6 +199,11 @@ class Trend:
         self._is_new = False
         self._went_on = True
         return False
+
+    @property
+    def sure(self) -> float:
+        """How sure it is, from 0 to 1, that what the reports are off is noise."""
+        return min(self._count / EXPERIENCE, 1.0)
 
     @property
     def noise(self) -> float:
@@ -237,6 +253,7 @@ class MovingTarget(NamedTuple):
         lead: how far ahead of it a follower may aim that is to be there with its velocity [m].
         noise: mean error of the position [m] and of the velocity [m/s], as told of late.
         jerk: with which the acceleration changes. Shape (3,) [m/s^3].
+        sure: how sure it is, from 0 to 1, that the errors are noise.
     """
 
     position: Vector3
@@ -245,6 +262,7 @@ class MovingTarget(NamedTuple):
     lead: float = inf
     noise: tuple[float, float] = (0.0, 0.0)
     jerk: Vector3 = ZERO
+    sure: float = 0.0
 
     def after(self, time: float) -> MovingTarget:
         """Return the target some ``time`` later, or earlier if negative, if it goes on so [s]."""
@@ -427,9 +445,8 @@ class TargetMotion:
                     self._forecasts.restart()
                 self._forecasts.report(time, self._position, now)
                 helps = self._forecasts
-                self._course = Course(
-                    now.value, scaled(now.rate, helps.rate), scaled(now.bend, helps.bend)
-                )
+                value, rate, bend = now.in_turn(interval)
+                self._course = Course(value, scaled(rate, helps.rate), scaled(bend, helps.bend))
                 if not is_new:
                     self._noise = self._errors.noise, self._velocity.noise
                 return is_new
@@ -487,7 +504,7 @@ class TargetMotion:
         place = combined(1.0, self._position, changing, value)
         place = combined(1.0, place, 0.5 * changing * changing, rate)
         place = combined(1.0, place, changing**3 / 6.0, bend)
-        turned = _turned(value, bend, changing)
+        turned = turned_by(value, bend, changing)
         if turned > 0.0:
             # It goes on to turn, or to swing: its bend changes against its rate.
             place = combined(1.0, place, -turned * changing * changing / 24.0, rate)
@@ -497,10 +514,11 @@ class TargetMotion:
         if past > lasts:
             place = combined(1.0, place, past - lasts, velocity)
             acceleration = jerk = ZERO
-        return MovingTarget(place, velocity, acceleration, self._told.lead, self._noise, jerk)
+        lead, sure = self._told.lead, self._velocity.sure
+        return MovingTarget(place, velocity, acceleration, lead, self._noise, jerk, sure)
 
 
-def _turned(value: Vector3, bend: Vector3, time: float) -> float:
+def turned_by(value: Vector3, bend: Vector3, time: float) -> float:
     """Return the square of the angle by which a vector with this ``bend`` turns in a ``time``.
 
     It is that of a radian at most: what bends more is no turn; 0 where it does not turn [rad^2].

@@ -50,8 +50,9 @@ FRACTION_OF_ACCELERATION = 0.5
 NEAR = 0.2
 NEAR_HORIZON = 0.045
 
-# The way onto a target whose reports are noise takes so long at most [s].
-LONGEST = 0.2
+# The way onto a target whose reports are noise takes so long at most [s]. Where that is sure, the
+# target is near with a horizon that is longer by this part: noise alone would keep it away.
+LONGEST, NOISY = 0.2, 0.5
 
 # Few reports may happen to show little noise of the position: what it was fades so slowly [s].
 FADING = 2.0
@@ -141,7 +142,7 @@ class TargetTracking:
             KinematicsError: if the machine has no pose at the target, a number is not finite, or
                 the target is far away and outside the workspace.
         """
-        position, velocity, acceleration, lead, noise, jerk = target
+        position, velocity, acceleration, lead, noise, jerk, sure = target
         machine = self._workspace.machine
         heights, rates, bends, twists = slider_line(machine, position, velocity)
         if any(acceleration):
@@ -159,7 +160,7 @@ class TargetTracking:
         calm = horizon_of_noise(noise, NEAR * min(limits.jerk)) if horizon > 0.0 else 0.0
         # Few long steps go far beyond what ends meanwhile: each of them has to be near.
         if self._is_behind or horizon <= FEWEST_STEPS * period:
-            near = max(min(horizon, NEAR_HORIZON), calm)
+            near = max(min(horizon, NEAR_HORIZON), (1.0 + NOISY * sure) * calm)
             self._is_behind = not all(
                 is_near(one, other, NEAR * bound[2], period, near) for one, other, bound in numbers
             )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from math import hypot
+from math import hypot, inf, sqrt
 
 from tri_glide_kinematics.motion.tracking.moving_target import (
     LARGEST_ACCELERATION,
     LONGEST_INTERVAL,
     ZERO,
+    bend_of_turn,
+    turned_by,
 )
 from tri_glide_kinematics.vectors import Vector3, combined, minus, scaled
 
@@ -51,8 +53,8 @@ class ToldPlaces:
     def report(self, place: Vector3, time: float) -> Vector3 | None:
         """Return the velocity at a ``place`` where the target was at a ``time`` [m/s].
 
-        It is that of the parabola through the last three places. After a jump it is zero: how the
-        target goes on is not known.
+        It is that of the parabola through the last three places, or of a turn there. After a jump
+        it is zero: how the target goes on is not known.
 
         Args:
             place: of the target. Shape (3,) [m].
@@ -70,12 +72,15 @@ class ToldPlaces:
         mean = scaled(minus(place, start), 1.0 / interval)
         self._mean, self.interval = mean, interval
         if before is None:
-            change, fastest, bend = mean, FASTEST, 0.0
+            between, change, fastest = inf, mean, FASTEST
         else:
-            between = 0.5 * (interval + last)
-            change, bend = minus(mean, before), 0.5 * interval / between
+            between, change = 0.5 * (interval + last), minus(mean, before)
             fastest = max(LARGEST_CHANGE, LARGEST_ACCELERATION * between)
         if hypot(*change) > fastest:
             self._mean = None
             return ZERO
-        return combined(1.0, mean, bend, change)
+        rate = scaled(change, 1.0 / between)
+        velocity = combined(1.0, mean, 0.5 * interval, rate)
+        turn = bend_of_turn(velocity, rate)
+        turned = turned_by(velocity, turn, sqrt(interval * between))
+        return scaled(velocity, 1.0 - turned / 3.0)

@@ -36,7 +36,16 @@ from tri_glide_kinematics.motion.trajectory import (
 )
 from tri_glide_kinematics.motion.transfer.carried import Carriage, CarriedPlan, FrameState
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import Vector3, combined, dot, minus, plus, scaled
+from tri_glide_kinematics.vectors import (
+    FloatArray,
+    Vector3,
+    ascending,
+    combined,
+    dot,
+    minus,
+    plus,
+    scaled,
+)
 from tri_glide_kinematics.workspace import Workspace
 
 # Parts of the limits of velocity, acceleration and jerk that the motion in a frame that moves is
@@ -80,6 +89,9 @@ PARTS_OF_LEG = (1.0, 0.5, 0.25)
 # A leg is not made slower than by this factor.
 SLOWEST = 1.6
 
+# A leg to a place that it would be too fast for goes over to lower speeds in so long [s].
+SLOWING = 0.15
+
 # A frame whose motion has changed is caught up with for so long at least [s], and with these parts
 # of the limits of velocity, acceleration and jerk, as the rest is in use.
 CATCHING_UP = 0.06
@@ -96,6 +108,15 @@ class TransferError(MotionError):
     """A transfer that cannot be planned, or go on."""
 
     refusal = Refusal.NO_PLAN
+
+
+class _TooFastError(TransferError):
+    """A motion that would keep its limits if it were slower."""
+
+    def __init__(self, reason: KinematicsError, slowdown: float) -> None:
+        """Store the ``reason``, and how many times slower, about."""
+        super().__init__(str(reason))
+        self.reason, self.slowdown = reason, slowdown
 
 
 class Stop(NamedTuple):
@@ -139,6 +160,7 @@ class Leg(NamedTuple):
         begin: of what is left of it.
         slope: how much higher the next stop is for its way along x and y; None if it is not known.
         moves: whether the next stop moves.
+        dwell: at the next stop, in motion [s].
     """
 
     plan: Trajectory
@@ -149,6 +171,7 @@ class Leg(NamedTuple):
     begin: float = 0.0
     slope: tuple[float, float] | None = None
     moves: bool = False
+    dwell: float = 0.0
 
 
 class TransferPlan(SequencePlan):
@@ -269,9 +292,9 @@ class TransferPlanner:
     ) -> Interruptible[TransferPlan | None]:
         """Return what is left of a ``plan`` with another motion of the stop that it leads to.
 
-        The motion in the frame stays as it is, and so the height over time: whatever the other
-        motion is, the place stays at the height, or on the slope, that it was planned for. Where
-        that is not met in time, the platform goes up.
+        The way in the frame stays as it is, and so do its heights: whatever the other motion is,
+        the place stays at the height, or on the slope, that it was planned for. Where it is not met
+        in time, that way is driven slower; and where that does not do, the platform goes up.
 
         Args:
             plan: that is driven.
@@ -305,11 +328,25 @@ class TransferPlanner:
         turned = math.dist(_frame_at(leg, now).velocity, place.after(now).velocity)
         quickest = _time_for(off, turned, limits)
         latest = max(leg.arrival, now + CATCHING_UP)
+        rate = 1.0
         for met in dict.fromkeys((max(leg.upright, now + quickest), latest)):
             if met > latest:
                 continue
             try:
-                return (yield from self._met(plan, index, now, place, met, limits))
+                carried = self._renewed_leg(leg, now, place, met)
+                return (yield from self._met(plan, index, place, *carried, limits))
+            except _TooFastError as error:
+                refusal, rate = error.reason, 1.0 / error.slowdown
+            except KinematicsError as error:
+                refusal = error
+            yield
+        if SLOWEST * rate > 1.0 > rate and leg.arrival - now > SLOWING:
+            # It arrives later, on the same way in the frame.
+            try:
+                slower = _slower_leg(leg, now, rate / SPARE)
+                met = max(slower.upright, now + quickest)
+                carried = self._renewed_leg(slower, now, place, min(met, slower.arrival))
+                return (yield from self._met(plan, index, place, *carried, limits))
             except KinematicsError as error:
                 refusal = error
             yield
@@ -394,45 +431,79 @@ class TransferPlanner:
             ends = np.array((0.0, way))
             yield LinePlan(line, TimeScaling(times, ends, np.zeros(2), np.zeros(2)))
 
+    def _renewed_leg(
+        self, leg: Leg, now: float, place: MovingTarget, met: float
+    ) -> tuple[Leg, CarriedPlan]:
+        """Return a ``leg`` that meets a ``place``, as of the base's start, at a time in it [s]."""
+        end = leg.arrival + leg.dwell
+        present, goal = _frame_at(leg, now), _end_of(leg.base)
+        carriage = self._carriage(present, now, place, goal, met, leg.arrival, end)
+        carried = CarriedPlan(self.workspace.machine, leg.base, carriage, end, now)
+        return leg._replace(plan=carried, begin=now), carried
+
     def _met(
         self,
         plan: TransferPlan,
         index: int,
-        now: float,
         place: MovingTarget,
-        met: float,
+        leg: Leg,
+        carried: CarriedPlan,
         limits: SliderLimits,
     ) -> Interruptible[TransferPlan]:
-        """Return a plan that meets a ``place``, as of the base's start, at a time in the base."""
-        leg = plan.legs[index]
-        assert isinstance(leg.plan, CarriedPlan)
-        end = leg.begin + leg.plan.duration
-        present = _frame_at(leg, now)
-        carriage = self._carriage(present, now, place, _end_of(leg.base), met, leg.arrival, end)
-        carried = CarriedPlan(self.workspace.machine, leg.base, carriage, end, now)
-        yield from self._proved(carried, limits)
-        legs = [leg._replace(plan=carried, begin=now)]
+        """Return a ``plan`` with another ``leg``, if that keeps all limits.
+
+        Raises:
+            _TooFastError: if it is too fast.
+            KinematicsError: if it leaves the workspace.
+        """
+        self._look(carried)
+        use = yield from carried.limit_use(limits, 0.0, self.workspace)
+        if not use.keeps_limits:
+            try:
+                use.check(limits)
+            except KinematicsError as error:
+                raise _TooFastError(error, _slowdown(use, limits)) from error
+        yield from inside(carried, self.workspace, limits)
+        legs = [leg]
         for following in plan.legs[index + 1 :]:
-            if len(legs) == 1 and isinstance(following.plan, CarriedPlan):
-                following = yield from self._following(following, place.after(end), limits)
+            if len(legs) == 1:
+                frame = place.after(leg.begin + carried.duration)
+                following = yield from self._following(following, frame, limits)
             legs.append(following)
         return TransferPlan(legs, plan.first + index)
 
     def _following(self, leg: Leg, frame: MovingTarget, limits: SliderLimits) -> Interruptible[Leg]:
-        """Return a leg with another motion of the place that it begins at."""
-        old = leg.plan
+        """Return a leg with another motion of the place that it begins at.
+
+        Raises:
+            KinematicsError: if there is none.
+        """
+        old, stretch = leg.plan, 1.0
         assert isinstance(old, CarriedPlan)
         start = minus(frame.position, _place_on(leg.base, 0.0))
-        last = float(old.carriage.times[-1])
-        leaving = old.carriage.times[1] if len(old.carriage.times) > 2 else 0.0
-        states = [FrameState(*frame._replace(position=start).after(t)[:3]) for t in (0.0, leaving)]
-        others = old.carriage.times[2:].tolist() if len(old.carriage.times) > 2 else [last]
-        times = [0.0, float(leaving), *others] if leaving else [0.0, *others]
-        kept = [old.carriage.at(time) for time in others]
-        carriage = Carriage(times, [*(states if leaving else states[:1]), *kept])
-        carried = CarriedPlan(self.workspace.machine, leg.base, carriage, leg.begin + old.duration)
-        yield from self._proved(carried, limits)
-        return leg._replace(plan=carried)
+        first, leaving, *others = old.carriage.times.tolist()
+        while True:
+            base = PathPlan(leg.base.heights, leg.base.scaling.slower(stretch))
+            left = frame._replace(position=start).after(stretch * leaving)
+            states = [FrameState(start, *frame[1:3]), FrameState(*left[:3])]
+            states += [old.carriage.at(time) for time in others]
+            times = [stretch * time for time in (first, leaving, *others)]
+            end = stretch * old.duration
+            carried = CarriedPlan(self.workspace.machine, base, Carriage(times, states), end)
+            self._look(carried)
+            use = yield from carried.limit_use(limits, 0.0, self.workspace)
+            if use.keeps_limits:
+                break
+            stretch *= _slowdown(use, limits) * SPARE
+            if leg.moves or not stretch < SLOWEST:
+                # The place that it leads to does not wait.
+                use.check(limits)
+            yield
+        yield from inside(carried, self.workspace, limits)
+        leaves, upright, arrival = (stretch * each for each in leg[2:5])
+        return leg._replace(
+            plan=carried, base=base, leaves=leaves, upright=upright, arrival=arrival
+        )
 
     def _leg(
         self,
@@ -553,7 +624,8 @@ class TransferPlanner:
                 return None, error, guess
             if use.keeps_limits:
                 tilt = _slope_of(stop)
-                leg = Leg(carried, base, begin, met, arrival, slope=tilt, moves=stop.moves)
+                dwell = stop.dwell if stop.moves else 0.0
+                leg = Leg(carried, base, begin, met, arrival, 0.0, tilt, stop.moves, dwell)
                 return leg, None, guess
             slower = _slowdown(use, limits)
             # What the frame takes gets less only slowly.
@@ -735,6 +807,31 @@ def _slowdown(use: LimitBounds, limits: SliderLimits) -> float:
         part ** (1.0 / bound.order) for bound, part in zip(limits.added, use.added.tolist())
     ]
     return max(1.0, *factors)
+
+
+def _slower_leg(leg: Leg, now: float, rate: float) -> Leg:
+    """Return a ``leg`` that from ``now`` [s] on goes over to a ``rate`` of its speeds, below 1."""
+    scaling, less = leg.base.scaling, 1.0 - rate
+    dense = np.linspace(0.0, 1.0, 400)
+    passed = now + SLOWING * (dense - less * dense**3 * (1.0 - 0.5 * dense))
+
+    def later(times: FloatArray) -> FloatArray:
+        going = now + SLOWING * np.interp(times, passed, dense)
+        after = now + SLOWING + (times - passed[-1]) / rate
+        return np.where(times < now, times, np.where(times < passed[-1], going, after))
+
+    knots = ascending(np.concatenate((scaling.times, passed[::40])))
+    times = later(knots)
+    u = np.clip((times - now) / SLOWING, 0.0, 1.0)
+    rates, bends = 1.0 - less * u * u * (3.0 - 2.0 * u), -6.0 * less * u * (1.0 - u) / SLOWING
+    inside = np.where(
+        (u > 0.0) & (u < 1.0), now + SLOWING * (u - less * u**3 * (1.0 - 0.5 * u)), knots
+    )
+    ways, speeds, accelerations = scaling.evaluate(inside)
+    slower = TimeScaling(times, ways, speeds * rates, accelerations * rates**2 + speeds * bends)
+    leaves, upright, arrival = later(np.array(leg[2:5])).tolist()
+    base = PathPlan(leg.base.heights, slower)
+    return leg._replace(base=base, leaves=leaves, upright=upright, arrival=arrival)
 
 
 def _goes_over(instants: tuple[float, ...], part: float, moves: bool) -> tuple[float, float]:

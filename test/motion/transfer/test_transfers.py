@@ -1,0 +1,350 @@
+"""Transfers: what they promise of place, limits and depth, whatever the places do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from motion_machine import (
+    LIMITS,
+    MACHINE,
+    SHAPER,
+    WORKSPACE,
+    RecordedEngine,
+    assert_rests_at,
+    each_mode,
+    engine,
+    more,
+    run_to_rest,
+)
+from strategies import DEFAULT_LIMITS
+
+from tri_glide_kinematics.dynamics import Masses, SliderForces
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.motion import (
+    CommandStream,
+    ForceLimits,
+    LimitUse,
+    MotionPhase,
+    PlatformSpeedLimit,
+    SliderLimits,
+)
+from tri_glide_kinematics.motion.tracking import MovingTarget
+from tri_glide_kinematics.motion.transfer import Stop, TransferError, TransferPlan, TransferPlanner
+from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.vectors import Vector3
+from tri_glide_kinematics.workspace import Workspace
+
+# Where it begins and ends, where the part is, how high the platform goes [m], and the dwell [s].
+HOME, PART = (0.0, -0.1, 0.25), (0.0, 0.1, 0.25)
+HEIGHT, DWELL = 0.275, 0.05
+UNEQUAL = TriGlide(
+    TriGlideGeometry(((0.01, 0.21), (-0.18, -0.09), (0.165, -0.11)), (0.4, 0.42, 0.385))
+)
+UNEQUAL_LIMITS = SliderLimits((1.0, 0.8, 0.9), (10.0, 12.0, 8.0), (200.0, 150.0, 300.0))
+FORCES = ForceLimits(SliderForces(MACHINE, Masses.uniform(1.0, 0.1, 1.0)), (30.0,) * 3, (20.0,) * 3)
+
+# How a place moves: by the time [s].
+Belt = Callable[[float], MovingTarget]
+
+
+def even(velocity: Vector3, part: Vector3 = PART) -> Belt:
+    """Return a place that moves evenly, and comes by ``part`` after 0.6 s."""
+    return MovingTarget(part, velocity).after(-0.6).after
+
+
+def changing(speed: float, acceleration: float, begin: float, duration: float) -> Belt:
+    """Return a place along x that changes its speed."""
+    before = MovingTarget((-0.12, *PART[1:]), (speed, 0.0, 0.0))
+    change = before.after(begin)._replace(acceleration=(acceleration, 0.0, 0.0))
+    after = change.after(duration)._replace(acceleration=(0.0, 0.0, 0.0))
+
+    def belt(time: float) -> MovingTarget:
+        if time < begin:
+            return before.after(time)
+        past = time - begin
+        return change.after(past) if past < duration else after.after(past - duration)
+
+    return belt
+
+
+def stop(place: MovingTarget, off: Vector3 = (0.0, 0.0, 0.0)) -> Stop:
+    """Return the stop at a ``place``, seen so far beside it."""
+    x, y, z = np.add(place.position, off).tolist()
+    return Stop((x, y, z), DWELL, place.velocity, place.acceleration)
+
+
+def plan(
+    belt: Belt, limits: SliderLimits = LIMITS, workspace: Workspace = WORKSPACE
+) -> TransferPlan:
+    """Return the plan of a cycle."""
+    stops = [stop(belt(0.0)), Stop(HOME, DWELL)]
+    planner = TransferPlanner(workspace, HEIGHT, 0.005)
+    return at_once(planner.planned(HOME, stops, 0.0, limits, lifts=False))
+
+
+def use_of(found: TransferPlan, limits: SliderLimits) -> LimitUse:
+    """Return how much of the limits differences use in steps of 0.1 ms."""
+    heights = found.sample(np.arange(0.0, found.duration, 1e-4)).heights
+    return LimitUse.of(CommandStream.from_heights(heights, 1e-4), limits)
+
+
+class Told(NamedTuple):
+    """What was told after one step.
+
+    Attributes:
+        place: of the platform [m].
+        off: from the stop [m].
+        arrival: at it, from then on [s].
+        gives_up: why it is given up.
+    """
+
+    place: Vector3
+    off: float
+    arrival: float
+    gives_up: KinematicsError | None
+
+
+def picked(
+    moving: RecordedEngine,
+    belt: Belt,
+    seen: Belt | None = None,
+    stop_at: float = math.inf,
+    pieces: int = 30,
+    allowed: float = 2e-4,
+) -> list[Told]:
+    """Return what is told in a cycle with a renewal each 20 ms, until it rests.
+
+    Args:
+        moving: rests at home.
+        belt: how the place moves.
+        seen: how renewals say that it does; the same without.
+        stop_at: when the machine is stopped [s].
+        pieces: of planning in a step.
+        allowed: at the arrival [m].
+    """
+    begun = last = moving.elapsed
+    stops = [stop(belt(0.0)), Stop(HOME, DWELL)]
+    moving.transfer(stops, HEIGHT, lifts=False, allowed=allowed)
+    told = []
+    while moving.preparing or moving.phase is not MotionPhase.IDLE:
+        moving.work(more(pieces))
+        moving.step(moving.period)
+        now, progress, place = moving.elapsed - begun, moving.transfer_progress, moving.platform[0]
+        arrival = progress.arrivals[0] if progress and not moving.preparing_goal else math.inf
+        off = math.dist(place, belt(now).position)
+        told.append(Told(place, off, arrival, progress.gives_up if progress else None))
+        if now >= stop_at:
+            moving.stop()
+        elif moving.elapsed - last >= 0.02:
+            last = moving.elapsed
+            moving.renew(0, stop((seen or belt)(now)))
+        assert now < 6.0
+    return told
+
+
+def gripped(told: list[Told]) -> list[float]:
+    """Return how far the platform was from the place, from the arrival through the dwell [m]."""
+    return [each.off for each in told if -DWELL <= each.arrival <= 1e-9]
+
+
+def at_home(**options) -> RecordedEngine:
+    """Return an engine that rests at home."""
+    return engine(heights=MACHINE.inverse(HOME), **options)
+
+
+def lowest(told: list[Told]) -> float:
+    return min(each.place[2] for each in told)
+
+
+@settings(max_examples=12, deadline=None, derandomize=True)
+@given(st.floats(0.0, 6.28), st.floats(-0.2, 0.2), st.floats(0.05, 0.5))
+def test_it_is_on_the_place_from_the_arrival_through_the_dwell(angle, tilt, speed):
+    level = speed * math.cos(tilt)
+    velocity = level * math.cos(angle), level * math.sin(angle), speed * math.sin(tilt)
+    belt = even(velocity, (0.0, 0.06, 0.25))
+    try:
+        found = plan(belt)
+    except KinematicsError:
+        assume(False)
+    for past in np.linspace(0.0, DWELL - 1e-9, 7).tolist():
+        time = found.arrival(0) + past
+        place = found.platform_at(MACHINE, time)
+        assert place[:3] == pytest.approx(belt(time).position, abs=1e-9)
+        assert place[3:6] == pytest.approx(velocity, abs=1e-9)
+    assert use_of(found, LIMITS).is_within
+
+
+@pytest.mark.parametrize(
+    ("limits", "machine"),
+    [
+        (UNEQUAL_LIMITS, MACHINE),
+        (LIMITS, UNEQUAL),
+        (LIMITS.with_added(FORCES), MACHINE),
+        (LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.5)), MACHINE),
+    ],
+    ids=["unequal limits", "unequal arms", "forces", "platform speed"],
+)
+def test_limits_are_kept(limits, machine):
+    found = plan(even((0.2, 0.0, 0.0)), limits, Workspace(machine, DEFAULT_LIMITS))
+    assert use_of(found, limits).is_within
+    sampled = found.sample(np.arange(0.0, found.duration, 1e-3))
+    for bound in limits.added:
+        if isinstance(bound, ForceLimits):
+            forces = bound.forces.forces_batch(*sampled[1:])
+            assert (forces <= bound.up).all() and (forces >= -np.array(bound.down)).all()
+        else:
+            places = machine.forward_batch(sampled.heights)
+            speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / 1e-3
+            assert speeds.max() <= bound.platform_speed * (1.0 + 1e-6)
+
+
+@each_mode
+@pytest.mark.parametrize("period", [0.001, 0.004])
+def test_a_shaped_platform_is_driven_on_the_place(in_pieces, period):
+    moving = at_home(in_pieces=in_pieces, period=period)
+    moving.set_shaper(SHAPER)
+    told = picked(moving, even((0.2, 0.05, 0.0)))
+    assert len(gripped(told)) >= DWELL / period - 1
+    assert max(gripped(told)) < 1e-6
+    assert_rests_at(moving, HOME, 1e-6)
+
+
+LIARS = {
+    "stops": changing(0.25, -250.0, 0.5, 0.001),
+    "turns": changing(0.25, -5.0, 0.45, 0.1),
+    "jumps": lambda time: even((0.2, 0.0, 0.0), (0.1 * (time > 0.5), *PART[1:]))(time),
+    "sinks": lambda time: even((0.2, 0.0, 0.0), (*PART[:2], 0.25 - 0.002 * (time > 0.4)))(time),
+    "digs": lambda time: even((0.2, 0.0, -0.1 * (time > 0.4)))(time),
+}
+
+
+@each_mode
+@pytest.mark.parametrize("seen", LIARS.values(), ids=LIARS)
+def test_it_is_never_below_the_stop_whatever_renewals_say(seen, in_pieces):
+    moving = at_home(in_pieces=in_pieces)
+    told = picked(moving, LIARS["stops"] if seen is LIARS["stops"] else even((0.2, 0.0, 0.0)), seen)
+    assert lowest(told) >= 0.25 - 1e-6
+    assert moving.kept_limits
+
+
+@pytest.mark.parametrize("shaper", [None, SHAPER], ids=["", "shaped"])
+@pytest.mark.parametrize("when", [0.2, 0.4, 0.5, 0.52, 0.54, 0.56, 0.58, 0.6, 0.64, 0.68, 1.0, 1.1])
+def test_a_stop_in_any_phase_leads_no_deeper(when, shaper):
+    moving = at_home()
+    moving.set_shaper(shaper)
+    told = picked(moving, even((0.3, 0.0, 0.0)), stop_at=when)
+    assert lowest(told) >= 0.25 - 1e-6
+    assert moving.kept_limits
+    assert len(told) * moving.period < when + 0.6
+
+
+@each_mode
+@pytest.mark.parametrize("acceleration", [-0.2, 0.2])
+def test_a_place_that_changes_its_speed_is_met(acceleration, in_pieces):
+    moving = at_home(in_pieces=in_pieces)
+    told = picked(moving, changing(0.2, acceleration, 0.2, 0.9))
+    assert max(gripped(told)) < 1e-3
+    assert_rests_at(moving, HOME, 1e-6)
+
+
+@each_mode
+def test_what_cannot_be_met_is_given_up_at_the_height(in_pieces):
+    moving = at_home(in_pieces=in_pieces)
+    told = picked(moving, LIARS["stops"])
+    assert not gripped(told[-1:])
+    assert str(told[-1].gives_up).startswith("the place is missed by ")
+    assert ", more than 0.2 mm" in str(told[-1].gives_up)
+    assert told[-1].place[2] == pytest.approx(HEIGHT, abs=1e-6)
+    assert moving.kept_limits
+
+
+@pytest.mark.parametrize(
+    ("stops", "how", "text"),
+    [
+        ([], {}, "a transfer needs a stop"),
+        ([Stop(PART, -0.1)], {}, "dwell = -0.1 s must be at least 0 s"),
+        ([Stop((0.0, math.nan, 0.2))], {}, "position"),
+        ([Stop((0.0, 0.1, 0.2), velocity=(0.0, 0.0))], {}, "velocity"),
+        ([Stop(PART)], {"tolerance": -0.001}, "tolerance = -0.001 m must be at least 0 m"),
+        ([Stop((0.0, 0.3, 0.25), 0.0, (0.1, 0.0, 0.0))], {}, "0.395 m"),
+    ],
+)
+def test_bad_input_is_refused_with_number_and_bound(stops, how, text):
+    moving = at_home()
+    with pytest.raises(KinematicsError, match=text.replace(".", r"\.")):
+        moving.transfer(stops, HEIGHT, **how)
+    assert_rests_at(moving, HOME)
+
+
+@pytest.mark.parametrize("part", [0.98, 0.4])
+def test_lower_limits_are_kept_or_the_transfer_is_given_up(part):
+    moving = at_home()
+    belt = even((0.2, 0.0, 0.0))
+    moving.transfer([stop(belt(0.0)), Stop(HOME, DWELL)], HEIGHT, lifts=False)
+    for _ in range(150):
+        moving.step(moving.period)
+    first = len(moving.states)
+    moving.set_limits(LIMITS.with_table(part * LIMITS.table))
+    run_to_rest(moving)
+    refusal = moving.take_refusal()
+    if refusal is None:
+        assert_rests_at(moving, HOME, 1e-6)
+    else:
+        assert "new limits" in str(refusal)
+        assert moving.platform[0][2] == pytest.approx(HEIGHT, abs=1e-6)
+    assert moving.kept_limits
+    assert moving.places_since(first)[:, 2].min() >= 0.25 - 1e-6
+    assert not moving.limits_pending
+
+
+@each_mode
+def test_one_that_is_planned_ahead_begins_at_the_rest_of_the_motion_before(in_pieces):
+    moving = at_home(in_pieces=in_pieces)
+    moving.move_to((0.05, -0.1, 0.3))
+    while moving.preparing:
+        moving.work(more(10))
+    rests = moving.time_to_rest
+    belt = even((0.1, 0.0, 0.0))
+    moving.transfer([stop(belt(0.0)), Stop(HOME)], 0.32, lifts=False)
+    while moving.time_to_rest < rests + 0.1:
+        moving.work(more(100))
+        moving.step(moving.period)
+        rests -= moving.period
+    arrival = moving.transfer_progress.arrivals[0]
+    found = moving._execution.holder.held.plan
+    assert -rests == pytest.approx(found.arrival(0) - arrival, abs=1e-9)
+    run_to_rest(moving)
+    assert_rests_at(moving, HOME, 1e-6)
+
+
+def jerks_of_a_jump() -> bool:
+    """Return whether limits are kept where a renewal says that the place has jumped."""
+    moving = at_home()
+    picked(moving, even((0.2, 0.0, 0.0)), LIARS["jumps"])
+    return moving.kept_limits
+
+
+def test_without_the_proof_limits_would_be_exceeded(monkeypatch):
+    assert jerks_of_a_jump()
+
+    def unproved(*_):
+        return
+        yield
+
+    monkeypatch.setattr(TransferPlanner, "_proved", unproved)
+    assert not jerks_of_a_jump()
+
+
+def test_legs_that_do_not_join_are_refused():
+    first, second = plan(even((0.2, 0.0, 0.0))).legs
+    other, _ = plan(even((0.1, 0.0, 0.0))).legs
+    TransferPlan((first, second))
+    with pytest.raises(TransferError, match=r"legs do not join: .* at most 1e-06"):
+        TransferPlan((other, second))
