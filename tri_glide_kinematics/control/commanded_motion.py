@@ -370,6 +370,7 @@ class CommandedMotion:
             if refusal is not None:
                 # A motion that was carried out already cannot go on.
                 self._give_up(refusal, str(refusal))
+            self._schedule()
         except Exception as error:
             self._operation.fail(error)
 
@@ -403,23 +404,28 @@ class CommandedMotion:
                 places = command.outputs.places(path, driven)
                 self._newest_target.outputs.extend(zip(places, command.outputs.told))
             if isinstance(command, Transfer):
-                self._schedule(command)
+                self._newest_target.instants.extend(
+                    (math.inf, output, (command, number, after))
+                    for number, stop in enumerate(command.stops)
+                    for after, output in stop.outputs
+                )
             if self._engine.is_paused:
                 self._tell_pause()
             else:
                 self._states.change(STATE_OF[command.phase], reason)
 
-    def _schedule(self, transfer: Transfer) -> None:
-        """Note when the outputs of a ``transfer`` are due."""
-        progress = self._engine.transfer_progress
-        arrivals = progress.arrivals if progress is not None else ()
-        due = [
-            (self._queue.present + arrival + after, output)
-            for stop, arrival in zip(transfer.stops, arrivals)
-            for after, output in stop.outputs
-        ]
-        instants = self._newest_target.instants
-        ordered = sorted((*instants, *due), key=itemgetter(0))
+    def _schedule(self) -> None:
+        """Note when the outputs of the transfer are due: a plan that is renewed may be later."""
+        progress, target = self._engine.transfer_progress, self._newest_target
+        instants = target.instants
+        if progress is None or not instants:
+            return
+        for index, (_, output, (transfer, stop, after)) in enumerate(instants):
+            arrival = progress.arrivals[stop] if transfer is target.command else math.inf
+            if math.isfinite(arrival):
+                due = self._queue.present + arrival + after
+                instants[index] = (due, output, (transfer, stop, after))
+        ordered = sorted(instants, key=itemgetter(0))
         instants.clear()
         instants.extend(ordered)
 

@@ -110,7 +110,8 @@ class NewestTarget:
         driven: the target, and of a path that was extended all that it was before.
         cancelled: targets for which the machine comes to rest.
         outputs: that are still to be told on the path, and where on it [m].
-        instants: of outputs that are still to be told in a transfer, and those [s].
+        instants: of outputs that are still to be told in a transfer [s], those, and of which
+            transfer, which of its stops, and how long after that [s] they are.
     """
 
     def __init__(self, bounds: InPositionBounds) -> None:
@@ -125,7 +126,7 @@ class NewestTarget:
         self.driven: tuple[Command, ...] = ()
         self.cancelled: list[Command] = []
         self.outputs: deque[tuple[float, Any]] = deque()
-        self.instants: deque[tuple[float, Any]] = deque()
+        self.instants: deque[tuple[float, Any, tuple[Command, int, float]]] = deque()
         self._in_position: InPosition | None = None
         # Whether the sliders are at their commands, after a cancel.
         self._at_rest: InPosition | None = None
