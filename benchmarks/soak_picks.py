@@ -229,7 +229,9 @@ class Picker:
         home = engine.platform[0]
         place = home if rng.random() < 0.5 else self.place()
         stops = [asked.part.stop(begun, asked.dwell), Stop(place, asked.dwell)]
-        height = max(home[2], place[2], stops[0].position[2]) + rng.uniform(0.01, 0.04)
+        # A belt may lead upwards.
+        levels = [asked.part.stop(begun + later, 0.0).position[2] for later in (0.0, 1.5)]
+        height = max(home[2], place[2], *levels) + rng.uniform(0.01, 0.04)
         tolerance = float(rng.choice((0.001, 0.005, 0.01)))
         lifts = bool(rng.random() < 0.3)
         try:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from operator import itemgetter
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
+from tri_glide_kinematics.control.newest_target import DueOutput
 from tri_glide_kinematics.control.operating_state import (
     JOGGING,
     MOVING,
@@ -111,6 +113,8 @@ class CommandedMotion:
         self._poses = ToldPlaces()
         self._pose_received = 0.0
         self._newest_pose: Vector3 = (0.0, 0.0, 0.0)
+        # The number of the plan for which it is known when outputs are due.
+        self._scheduled = 0
 
     def move_to(self, position: Sequence[float]) -> None:
         """Move the platform to ``position`` [m], at the latest when it is its turn.
@@ -366,11 +370,12 @@ class CommandedMotion:
             decided = self._queue.decided(self._states.state in ON_THE_WAY)
             if decided is not None:
                 self._note(decided)
+            if self._newest_target.due and self._scheduled != self._engine.plan_number:
+                self._schedule()
             refusal = self._engine.take_refusal()
             if refusal is not None:
                 # A motion that was carried out already cannot go on.
                 self._give_up(refusal, str(refusal))
-            self._schedule()
         except Exception as error:
             self._operation.fail(error)
 
@@ -404,30 +409,29 @@ class CommandedMotion:
                 places = command.outputs.places(path, driven)
                 self._newest_target.outputs.extend(zip(places, command.outputs.told))
             if isinstance(command, Transfer):
-                self._newest_target.instants.extend(
-                    (math.inf, output, (command, number, after))
-                    for number, stop in enumerate(command.stops)
+                new = (
+                    DueOutput(math.inf, output, command, station, after)
+                    for station, stop in enumerate(command.stops)
                     for after, output in stop.outputs
                 )
+                self._schedule(*new)
             if self._engine.is_paused:
                 self._tell_pause()
             else:
                 self._states.change(STATE_OF[command.phase], reason)
 
-    def _schedule(self) -> None:
-        """Note when the outputs of the transfer are due: a plan that is renewed may be later."""
+    def _schedule(self, *new: DueOutput) -> None:
+        """Note when outputs are due; a plan that was renewed may arrive at another time."""
         progress, target = self._engine.transfer_progress, self._newest_target
-        instants = target.instants
-        if progress is None or not instants:
-            return
-        for index, (_, output, (transfer, stop, after)) in enumerate(instants):
-            arrival = progress.arrivals[stop] if transfer is target.command else math.inf
-            if math.isfinite(arrival):
-                due = self._queue.present + arrival + after
-                instants[index] = (due, output, (transfer, stop, after))
-        ordered = sorted(instants, key=itemgetter(0))
-        instants.clear()
-        instants.extend(ordered)
+        self._scheduled = self._engine.plan_number
+        arrivals = progress.arrivals if progress is not None else ()
+        due = []
+        for each in (*target.due, *new):
+            if each.transfer is target.command and each.station < len(arrivals):
+                instant = self._queue.present + arrivals[each.station] + each.after
+                each = each._replace(instant=instant)
+            due.append(each)
+        target.due = deque(sorted(due, key=attrgetter("instant")))
 
     def _look_for_missed_stop(self) -> None:
         """Tell that a transfer is given up, as a stop is not met."""

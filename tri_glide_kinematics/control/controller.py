@@ -348,9 +348,9 @@ class MotionController:
         self._motion.look_after()
         if self.newest_target.outputs:
             self._pass_outputs()
-        instants = self.newest_target.instants
-        while instants and instants[0][0] <= now + 0.5 * self._period:
-            self._underway.pass_output(instants.popleft()[1])
+        due = self.newest_target.due
+        while due and due[0].instant <= now + 0.5 * self._period:
+            self._underway.pass_output(due.popleft().output)
         if self._underway.outputs:
             self.passed_outputs += self._underway.passed_outputs()
         is_idle = self._engine.phase is MotionPhase.IDLE

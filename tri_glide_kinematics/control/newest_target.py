@@ -6,7 +6,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 from tri_glide_kinematics.control.operating_state import Cause, Reason
 from tri_glide_kinematics.motion.engine import Command, GoalCode
@@ -93,6 +93,24 @@ CAUSE_OF = {
 }
 
 
+class DueOutput(NamedTuple):
+    """An output that is still to be told in a transfer.
+
+    Attributes:
+        instant: when [s].
+        output: what is told.
+        transfer: that it belongs to.
+        station: index of the station to whose arrival the instant belongs.
+        after: how long after that it is [s].
+    """
+
+    instant: float
+    output: Any
+    transfer: Command
+    station: int
+    after: float
+
+
 class NewestTarget:
     """The newest target that the engine has taken.
 
@@ -110,8 +128,7 @@ class NewestTarget:
         driven: the target, and of a path that was extended all that it was before.
         cancelled: targets for which the machine comes to rest.
         outputs: that are still to be told on the path, and where on it [m].
-        instants: of outputs that are still to be told in a transfer [s], those, and of which
-            transfer, which of its stops, and how long after that [s] they are.
+        due: outputs that are still to be told in a transfer, in their order.
     """
 
     def __init__(self, bounds: InPositionBounds) -> None:
@@ -126,7 +143,7 @@ class NewestTarget:
         self.driven: tuple[Command, ...] = ()
         self.cancelled: list[Command] = []
         self.outputs: deque[tuple[float, Any]] = deque()
-        self.instants: deque[tuple[float, Any, tuple[Command, int, float]]] = deque()
+        self.due: deque[DueOutput] = deque()
         self._in_position: InPosition | None = None
         # Whether the sliders are at their commands, after a cancel.
         self._at_rest: InPosition | None = None
@@ -165,7 +182,7 @@ class NewestTarget:
             self.outputs.clear()
             if not command.is_timed:
                 # A transfer begins at the end of the one before, whose outputs are still due.
-                self.instants.clear()
+                self.due.clear()
         self.command = command
         self.text = str(command)
         self.position = command.position or end
@@ -175,7 +192,7 @@ class NewestTarget:
     def end_driven(self, code: GoalCode, text: str) -> None:
         """Note how the target ended, unless it is cancelled."""
         if code not in (GoalCode.SUCCEEDED, GoalCode.SUPERSEDED):
-            self.instants.clear()
+            self.due.clear()
         for command in self.driven:
             if not command.is_cancelled:
                 command.end(code, text)
@@ -189,7 +206,7 @@ class NewestTarget:
     def cancel(self, goal: Command) -> None:
         """Let a ``goal`` end when the machine has come to rest."""
         goal.is_cancelled = True
-        self.instants.clear()
+        self.due.clear()
         self.cancelled.append(goal)
         self._at_rest = None
 

@@ -24,6 +24,9 @@ from tri_glide_kinematics.workspace import Workspace
 # At first it is expected that a plan, and that of what is left of it, take so long [s].
 PLANNED_IN, RENEWED_IN = 0.15, 0.01
 
+# Before the first step, it may be so long [s].
+LONGEST_STEP = 0.004
+
 
 class TransferProgress(NamedTuple):
     """How far a transfer is.
@@ -147,11 +150,14 @@ class Transferring:
     ) -> Interruptible[Replanned]:
         """Make a plan for the stops of a ``goal``, ``asked`` for at a time of the engine [s]."""
         limits, begins = held.limits, self._begins(start)
-        shaper, step = limits.shaper, self._plans.last_step
+        shaper, step = limits.shaper, self._plans.last_step or LONGEST_STEP
         wait = goal.stays - (begins - asked)
+        ahead = max(start - self._holder.time, 0.0)
         if self._plans.in_pieces:
-            ahead = max(start - self._holder.time, 0.0)
-            wait = max(wait, self._lead_time.after(step) - ahead, 2.0 * step)
+            wait = max(wait, self._lead_time.after(step) - ahead)
+        if self._plans.in_pieces or ahead > 0.0:
+            # The step in which it begins is known only then.
+            wait = max(wait, 2.0 * step)
         stops = [stop._replace(dwell=stop.dwell + limits.held_back) for stop in goal.stops]
         delay = goal.lead + (shaper.delay if shaper is not None else 0.0)
         age = goal.age + begins - asked + delay

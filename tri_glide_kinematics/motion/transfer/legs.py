@@ -79,6 +79,10 @@ AIMED = 0.012
 ATTEMPTS = 12
 PART_OF_GUESS = 0.05
 
+# So often a base is planned for less of the limits that a leg exceeds, if it had to be slower by
+# more than this factor else.
+PLANNED_FOR_LESS, MUCH_SLOWER = 1, 1.015
+
 # A leg that exceeds a limit is made slower by as much, and by this factor.
 SPARE = 1.002
 
@@ -578,6 +582,7 @@ class TransferPlanner:
         instants: tuple[float, ...] = (wait + guess, wait + late, wait + early)
         first, goal = self._ends(here, frame, place, stop.moves, instants, part)
         last: tuple[float, float] | None = None
+        planned = 0
         for _ in range(ATTEMPTS):
             if natural is None:
                 start = minus(here, first)
@@ -628,6 +633,16 @@ class TransferPlanner:
                 leg = Leg(carried, base, begin, met, arrival, 0.0, tilt, stop.moves, dwell)
                 return leg, None, guess
             slower = _slowdown(use, limits)
+            if slower > MUCH_SLOWER and planned < PLANNED_FOR_LESS:
+                # Less of the limits that are exceeded costs less time than to be slower everywhere.
+                planned += 1
+                table = less.table / np.maximum(use.use, 1.0)
+                added = (
+                    each.times(1.0 / max(part, 1.0)) for each, part in zip(less.added, use.added)
+                )
+                less = less.with_table(table).with_added(*added)
+                natural = None
+                continue
             # What the frame takes gets less only slowly.
             stretch *= (slower if stretch == 1.0 else slower * slower) * SPARE
             if not stretch < SLOWEST:
