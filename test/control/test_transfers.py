@@ -184,14 +184,17 @@ def test_a_cancelled_transfer_goes_up_from_the_part():
     assert cell.outputs == []
 
 
-def test_a_part_that_gets_faster_is_met():
+def test_a_part_that_gets_faster_is_met_and_the_outputs_come_as_much_later():
     cell = Cell().cycles(lambda cell: cell.controller.state is MOVING)
     cell.rig.cycle(50)
-    # 0.2 m/s^2 for 50 ms, and then on with 10 mm/s more.
+    # At once 50 mm/s more: the way back is longer.
     now = cell.rig.now
-    faster = Stop(cell.part(now), 0.05, (SPEED[0] + 0.01, 0.0, 0.0))
+    faster = Stop(cell.part(now), 0.05, (SPEED[0] + 0.05, 0.0, 0.0))
     assert cell.controller.renew(0, faster, now)
     cell.part = lambda time: faster.after(time - now).position
     cell.cycles(over)
     assert cell.goal.outcome.code is GoalCode.SUCCEEDED
     assert max(cell.errors) < 1e-6
+    (_, first), (_, last) = cell.arrived[0], cell.arrived[-1]
+    assert last > first + 0.02
+    assert cell.outputs[1][0] == pytest.approx(last + 0.02, abs=PERIOD)

@@ -156,6 +156,15 @@ def test_parts_on_a_belt_whose_encoder_has_jumped_are_lost_and_known_no_more():
     assert camera.see(0.3, place(0.0)) not in (here, there, held)
 
 
+def test_two_parts_that_are_found_to_be_one_are_the_older_one():
+    parts = Parts(DIRECTION)
+    camera = Camera(parts, 7, noise=0.0)
+    for number, way in enumerate((0.0, 0.0, 0.011, 0.011, 0.0065, 0.006)):
+        part = camera.see(0.03 * number, place(way))
+    assert parts.on_belt() == [part]
+    assert part.number == 1
+
+
 def test_a_part_is_what_its_views_say_and_ends_once():
     parts = Parts(DIRECTION)
     camera = Camera(parts, 6, noise=0.0)

@@ -251,6 +251,18 @@ def test_a_transfer_that_fails_costs_one_part_and_one_that_has_gone_up_with_its_
     assert cell.picker.events[-1].part.outcome is PartOutcome.LOST
 
 
+@pytest.mark.parametrize("closes", [True, False])
+def test_a_gripper_that_closes_just_after_the_transfer_was_given_up_has_the_part(closes):
+    """The drives are late: the output was on its way already, or it was not."""
+    cell = started().run(lambda cell: len(cell.picker._cycles) == 1)
+    cell.run(lambda cell: cell.machine.arrivals[0] < cell.now + 0.05)
+    outputs = cell.machine.outputs[:1]
+    cell.machine.end(GoalCode.NOT_REACHED, "it moves too fast")
+    cell.machine.outputs = outputs if closes else []
+    cell.run(lambda cell: cell.picker.events)
+    assert cell.outcomes() == [PartOutcome.PLACED if closes else PartOutcome.MISSED]
+
+
 def test_a_run_that_is_to_finish_places_what_it_has_begun():
     cell = started().run(lambda cell: cell.gripper.held)
     cell.picker.finish("enough")

@@ -215,7 +215,8 @@ class Parts:
             self._parts.append(part)
         part.add([view], self._noise)
         for other in near:
-            if other is not part and other.distance(part.newest) <= self._reach:
+            is_other = other is not part and other in self._parts
+            if is_other and other.distance(part.newest) <= self._reach:
                 part = self._joined(part, other)
         return part
 

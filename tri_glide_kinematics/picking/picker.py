@@ -34,6 +34,10 @@ PASSES_EACH = 0.5
 # A transfer is given so long before it is to begin: it has to be planned [s].
 PLANNED_BEFORE = 0.4
 
+# Drives are late by this at most. So long after a transfer is given up nobody knows whether the
+# gripper will close [s].
+LATEST = 0.2
+
 # A run goes on after a transfer that has ended like that.
 GOES_ON = (GoalCode.NOT_REACHED, GoalCode.REFUSED)
 
@@ -185,6 +189,7 @@ class Picker:
         self._told_grip = math.nan
         self._gives_up = self._carries_on = self._waits = self._is_closed = False
         self._ends = ""
+        self._failed = (-math.inf, "")
         self._stops: int | None = None
         self._looked = self._free_at = -math.inf
 
@@ -260,8 +265,12 @@ class Picker:
             is_free &= arrival < PLANNED_BEFORE and not self._gives_up
             self._free_at = now + arrival + self._settings.dwells[1]
         elif self._carries_on and last is not None:
-            last.transfer = self._transfer(now, self._release(last))
-            return last.transfer
+            if math.isfinite(last.gripped):
+                last.transfer = self._transfer(now, self._release(last))
+                return last.transfer
+            if now > self._failed[0] + LATEST:
+                self._end_cycle(last, PartOutcome.MISSED, self._failed[1], now)
+            return None
         elif self._ends and last is None and self.is_running:
             self._end(now, self._ends)
         if now < self._looked + (LOOKS_EACH if is_free else PASSES_EACH):
@@ -307,42 +316,37 @@ class Picker:
         if outcome is None:
             return ""
         given, self._given = self._given, None
-        if self._gives_up:
-            self._gives_up = False
-            return ""
+        gave_up, self._gives_up = self._gives_up, False
         again, self._carries_on = self._carries_on, False
         last = self._cycles[-1] if self._cycles else None
         if outcome.code is GoalCode.SUCCEEDED:
             return ""
-        if again or not _has_failed(given):
+        if not gave_up and (again or not _has_failed(given)):
             return outcome.text
         if last is None:
             return ""
-        if math.isinf(last.gripped):
-            is_refused = outcome.code is GoalCode.REFUSED
-            ended = PartOutcome.PASSED if is_refused else PartOutcome.MISSED
-            self._end_cycle(last, ended, outcome.text, now)
+        if outcome.code is GoalCode.REFUSED and math.isinf(last.gripped):
+            self._end_cycle(last, PartOutcome.PASSED, outcome.text, now)
         else:
-            # It has gone up with the part. From rest it may get to the place after all.
-            self._carries_on = True
+            # It has gone up. If it has the part, it may get to the place from there after all.
+            self._carries_on, self._failed = True, (now, outcome.text)
         return ""
 
     def _approach(self, now: float, machine: Machine, cycle: _Cycle) -> Renewal | GivingUp | None:
         """Return newer motion of a part where that matters, or that it is given up."""
-        if cycle.part.outcome is None and self._belt.is_silent(now):
+        arrival = machine.arrivals[0] if machine.arrivals else math.inf
+        grip = now + arrival + self._settings.dwells[0]
+        if self._gives_up:
+            return None
+        if cycle.part.outcome is not None or self._belt.is_silent(now):
             self._end_part(cycle, PartOutcome.MISSED, "the encoder of the belt is silent", now)
-        if cycle.part.outcome is not None:
             if len(self._cycles) > 1:
                 # The part before has to be released first.
                 return None
-            self._end_cycle(cycle, cycle.part.outcome, cycle.part.text, now)
             self._gives_up = True
             return GivingUp(cycle.part.text)
         told = self._told
-        if told is None or not machine.arrivals or now < told.seen + RENEWED_AFTER:
-            return None
-        grip = now + machine.arrivals[0] + self._settings.dwells[0]
-        if not now < grip < math.inf:
+        if told is None or now < told.seen + RENEWED_AFTER or not now < grip < math.inf:
             return None
         if math.isnan(self._told_grip):
             self._told_grip = grip
