@@ -396,7 +396,9 @@ class PickNode(Node):
         run = self._run
         if run.code is not None:
             return
-        if run.count and self._counts["placed"] - run.before["placed"] >= run.count:
+        placed = self._counts["placed"] - run.before["placed"]
+        self._picker.left = run.count - placed if run.count else math.inf
+        if self._picker.left <= 0:
             self._picker.finish(ALL_PLACED)
         if self._picker.is_running:
             return
