@@ -51,14 +51,15 @@ PLACE: Vector3 = (0.0, -0.1, LOW)
 WINDOW, VIEW, WIDTH = (-0.1, 0.1), (-0.3, -0.15), 0.06
 # Of the belt [m/s], and from part to part [m].
 SPEED, DISTANCE = 0.1, 0.12
-# Of the simulated machine and of the gripper [s]; the node is told a little more of the latter.
-LAG, GRIPPER = 0.005, 0.02
-MARGIN = 0.005
+# Setpoints a second: fewer than by default, as a busy computer has to serve both machine and cell.
+RATE = 250.0
+# With which the simulated sliders follow; each setpoint is the newest one for a period [s].
+LAG = 0.005
+DELAY = LAG + 0.5 / RATE
+# Of the gripper; the node is told a little more [s].
+GRIPPER, MARGIN = 0.02, 0.005
 # A busy computer is late: so far from a part it is taken all the same [m].
 REACH = 0.006
-# Setpoints and measurements a second: fewer than by default, as a busy computer has to serve both
-# machine and cell.
-RATE = 250.0
 # How long a part may take [s].
 PATIENCE = 20.0
 # So often is a run asked for until the node hears the machine.
@@ -80,8 +81,9 @@ PICKS = {
     "closing_time": GRIPPER + MARGIN,
     "opening_time": GRIPPER + MARGIN,
     "has_sensor": True,
+    "sensing_time": 0.1,
     "allowed_error": REACH,
-    "drive_delay": LAG,
+    "drive_delay": DELAY,
 }
 
 
@@ -254,8 +256,8 @@ def save_picture(folder: Path, record: Record) -> Path:
 def demonstrate(folder: Path, count: int) -> int:
     """Start the nodes, pick, and return the exit code."""
     nodes: dict[str, dict[str, object]] = {
-        "simulator_node": {"lag": LAG, "rate": RATE},
-        "ik_node": {"drive_delay": LAG, "rate": RATE},
+        "simulator_node": {"lag": LAG},
+        "ik_node": {"drive_delay": DELAY, "rate": RATE},
         "simulated_cell_node": {**CELL},
         "pick_node": {**PICKS},
     }

@@ -152,8 +152,9 @@ class PickNode(Node):
         )
         outputs = self.create_subscription(Output, "outputs", self._on_output, LATEST_OUTPUTS)
         self.create_subscription(MachineState, "ik_node/machine_state", self._on_machine, LATCHED)
+        urgent = [belts, parts, motions, outputs]
         if self._values["has_sensor"]:
-            self.create_subscription(Bool, "part_held", self._on_held, RELIABLE)
+            urgent.append(self.create_subscription(Bool, "part_held", self._on_held, RELIABLE))
         stop = self.create_service(Trigger, "~/stop", self._on_stop, qos_profile=CALLS)
         self.create_service(TeachPick, "~/teach", self._on_teach, qos_profile=CALLS)
         self._patient = PatientServices(self, lambda: True)
@@ -169,11 +170,7 @@ class PickNode(Node):
             feedback=lambda run: Pick.Feedback(**self._counted(run)),
         )
         self.cycle = Cycle(
-            (belts, parts, motions, outputs, stop),
-            PERIOD,
-            self._cycle,
-            may_end=self._may_end,
-            end=self._end,
+            (*urgent, stop), PERIOD, self._cycle, may_end=self._may_end, end=self._end
         )
 
     def _use(self, values: Values) -> None:
