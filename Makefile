@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo panel calibration-demo calm-demo test test-no-nodes test-properties test-jazzy test-kilted test-processors wheel test-wheel coverage release-check lint docs soak bench clean
+.PHONY: help env demo panel calibration-demo calm-demo pick-demo test test-no-nodes test-properties test-jazzy test-kilted test-processors wheel test-wheel coverage release-check lint docs soak bench clean
 
 IN_ENV := source ./env.sh &&
 
@@ -29,6 +29,9 @@ calibration-demo: env ## probe, measure and calibrate a simulated machine that i
 
 calm-demo: env ## drive a simulated machine that swings, without a shaper and with one; writes out/calm_demo.png
 	@$(IN_ENV) exec install/tri_glide_kinematics/lib/tri_glide_kinematics/calm_demo --output out
+
+pick-demo: env ## pick parts from a simulated belt that moves, and place them; writes out/pick_demo.png
+	@$(IN_ENV) exec install/tri_glide_kinematics/lib/tri_glide_kinematics/pick_demo --output out
 
 panel: env ## a simulated tri-glide, and the page in the browser that shows and drives it; Ctrl-C ends it
 	@$(IN_ENV) mkdir -p out && exec install/tri_glide_kinematics/lib/tri_glide_kinematics/panel --points out/taught_points.yaml

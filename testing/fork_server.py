@@ -28,6 +28,8 @@ MODULES = (
     "tri_glide_kinematics.nodes.fk_node",
     "tri_glide_kinematics.nodes.ik_node",
     "tri_glide_kinematics.nodes.mechanism_node",
+    "tri_glide_kinematics.nodes.pick_node",
+    "tri_glide_kinematics.nodes.simulated_cell_node",
     "tri_glide_kinematics.nodes.simulator_node",
     "tri_glide_kinematics.settings.arguments",
     "tri_glide_kinematics.ros.starting.run",

@@ -18,7 +18,7 @@ INTERFACES = ROOT / "tri_glide_interfaces"
 # What rclpy gives each node, and commands that nobody else talks to.
 OF_EACH_NODE = re.compile(r"/parameter_events|/rosout|~/(\w+_parameters\w*|get_\w+)")
 COMMAND_NODES = ("drive", "ringdown")
-NOT_PROMISED = {"demo", "calibration_demo", "calm_demo"}
+NOT_PROMISED = {"demo", "calibration_demo", "calm_demo", "pick_demo"}
 
 
 def lists(heading: str) -> dict[str, set[str]]:

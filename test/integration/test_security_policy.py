@@ -29,6 +29,8 @@ def everything(client, nodes, tmp_path, namespace):
     for name in ("fk_node", "mechanism_node"):
         nodes.start(name)
     nodes.start("calibration_node", {"folder": str(tmp_path)})
+    nodes.start("pick_node", {"has_sensor": True})
+    nodes.start("simulated_cell_node")
     adapter, channel = os.openpty()
     nodes.start("cia402_node", {"channel": os.ttyname(channel)})
     program = tmp_path / "program.gcode"

@@ -164,7 +164,8 @@ def wait_until(condition: Callable[[], bool]) -> None:
 
 
 def test_all_tutorials_are_followed():
-    followed = {*WITHOUT_A_MACHINE, *WITH_A_MACHINE, "my_drives", "can_drives"}
+    others = "my_drives", "can_drives", "pick_and_place"
+    followed = {*WITHOUT_A_MACHINE, *WITH_A_MACHINE, *others}
     assert {page.stem for page in TUTORIALS.glob("*.md")} == followed
 
 
@@ -236,6 +237,24 @@ def test_the_tutorial_about_drives_on_a_bus(folder, ros_domain):
                 client.send_twist((0.0, 0.0, -0.01))
                 machine.wait_for_state("jogging")
                 client.close()
+
+
+def test_the_tutorial_about_picking(folder, ros_context, nodes):
+    blocks = [code for _, code in all_blocks(TUTORIALS / "pick_and_place.md")]
+    demo, picture, belt, pick_node, program, told = blocks
+    code, output = run(["bash", "-c", TESTED_ELSEWHERE.sub("", demo)], folder)
+    assert (code, is_told(picture, output)) == (0, True), output
+    # A computer with more to do is late.
+    belt = _with(belt, {"gripper_reach": 0.05, "part_distance": 0.15})
+    pick_node = _with(pick_node, {"allowed_error": 0.05, "belt_timeout": 1.0})
+    nodes.start("simulator_node", {"rate": 2.0 * RATE}, namespace="/")
+    nodes.start("ik_node", {"rate": 2.0 * RATE, **PATIENCE}, namespace="/")
+    client = Client(ros_context, "")
+    Machine(client, nodes, listen=False).wait_for_state("idle")
+    client.close()
+    with terminal(belt, folder), terminal(pick_node, folder):
+        code, output = run(["bash", "-c", program], folder)
+        assert (code, is_told(told, output)) == (0, True), output
 
 
 def _with(code: str, parameters: dict[str, float]) -> str:

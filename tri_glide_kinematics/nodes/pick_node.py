@@ -181,8 +181,9 @@ class PickNode(Node):
         )
         outputs = self.create_subscription(Output, "outputs", self._on_output, LATEST_OUTPUTS)
         self.create_subscription(MachineState, "ik_node/machine_state", self._on_machine, LATCHED)
+        urgent = [belts, parts, motions, outputs]
         if self._values["has_sensor"]:
-            self.create_subscription(Bool, "part_held", self._on_held, RELIABLE)
+            urgent.append(self.create_subscription(Bool, "part_held", self._on_held, RELIABLE))
         stop = self.create_service(Trigger, "~/stop", self._on_stop, qos_profile=CALLS)
         self.create_service(TeachPick, "~/teach", self._on_teach, qos_profile=CALLS)
         self._patient = PatientServices(self, lambda: True)
@@ -198,11 +199,7 @@ class PickNode(Node):
             feedback=lambda run: Pick.Feedback(**self._counted(run)),
         )
         self.cycle = Cycle(
-            (belts, parts, motions, outputs, stop),
-            PERIOD,
-            self._cycle,
-            may_end=self._may_end,
-            end=self._end,
+            (*urgent, stop), PERIOD, self._cycle, may_end=self._may_end, end=self._end
         )
 
     def _use(self, values: Values) -> None:
@@ -505,7 +502,9 @@ class PickNode(Node):
         run = self._run
         if run.code is not None:
             return
-        if run.count and self._counts["placed"] - run.before["placed"] >= run.count:
+        placed = self._counts["placed"] - run.before["placed"]
+        self._picker.left = run.count - placed if run.count else math.inf
+        if self._picker.left <= 0:
             self._picker.finish(ALL_PLACED)
         if self._picker.is_running:
             return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import groupby
+from typing import Any
 
 from geometry_msgs.msg import Point, PoseStamped, Vector3, Vector3Stamped
 from rclpy.node import Node
@@ -44,8 +45,10 @@ class SimulatedCellNode(Node):
         self._pictures = self.create_publisher(SeenParts, "seen_parts", RELIABLE)
         self._held = self.create_publisher(Bool, "part_held", LATCHED)
         self._grips = self.create_publisher(Vector3Stamped, "true_grip_errors", RELIABLE)
-        outputs = self.create_subscription(Output, "outputs", self._on_output, LATEST_OUTPUTS)
-        poses = self.create_subscription(PoseStamped, "true_pose", self._on_pose, RELIABLE)
+        on_output: Any = self._on_output
+        on_pose: Any = self._on_pose
+        outputs = self.create_subscription(Output, "outputs", on_output, LATEST_OUTPUTS)
+        poses = self.create_subscription(PoseStamped, "true_pose", on_pose, RELIABLE)
         self.cycle = Cycle((outputs, poses), PERIOD, self._cycle)
         PatientServices(self)
 
@@ -71,15 +74,15 @@ class SimulatedCellNode(Node):
                 picture.parts.append(part)
             self._pictures.publish(picture)
 
-    def _on_output(self, message: Output) -> None:
+    # When a message was sent counts: it may have waited here, and the stamps of poses are nominal.
+    def _on_output(self, message: Output, info: dict[str, int]) -> None:
         values = self._values
         if (message.name, message.number) == (values["gripper_output"], values["gripper_number"]):
-            now = self._seconds(self.get_clock().now().nanoseconds)
-            self._gripper.order(message.value != 0.0, now)
+            self._gripper.order(message.value != 0.0, self._seconds(info["source_timestamp"]))
 
-    def _on_pose(self, message: PoseStamped) -> None:
+    def _on_pose(self, message: PoseStamped, info: dict[str, int]) -> None:
         """Let the gripper take what is there, where the platform truly is."""
-        now = self._seconds(Time.from_msg(message.header.stamp).nanoseconds)
+        now = self._seconds(info["source_timestamp"])
         point = plus(vector_of(message.pose.position), self._values["gripper_point"])
         before = len(self._gripper.grips)
         holds = self._gripper.step(now, point)

@@ -158,6 +158,7 @@ class Picker:
         is_running: whether it does.
         text: what it does, or why the last run has ended.
         events: of parts that have ended; who tells them clears it.
+        left: how many parts are still to be placed.
     """
 
     def __init__(
@@ -179,6 +180,7 @@ class Picker:
         """
         self.is_running, self.text = False, "no run has begun"
         self.events: list[PartEvent] = []
+        self.left = math.inf
         self._belt, self._parts, self._order, self._places = belt, parts, order, places
         self._settings = settings
         # The last one is the present one; one before it is still to be released.
@@ -255,7 +257,7 @@ class Picker:
         if self.is_running and (reason := self._obstacle(now, machine)):
             self._end(now, reason)
         last = self._cycles[-1] if self._cycles else None
-        is_free = self.is_running and len(self._cycles) < 2
+        is_free = self.is_running and len(self._cycles) < min(2, self.left)
         if len(self._cycles) > 1 and _has_failed(self._cycles[0].transfer):
             return self._turn_back()
         if self._given is not None:

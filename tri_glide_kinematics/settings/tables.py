@@ -764,6 +764,9 @@ def document() -> str:
     parts = [INTRODUCTION]
     told: dict[str, list[Parameter]] = {}
     for name, table in NODES.items():
+        if table is SIMULATED_CELL_NODE:
+            parts.append(f"`{name} --help` prints those of a simulated belt, camera and gripper.")
+            continue
         own = list(table)
         parts.append(f"## `{name}`")
         for node, rows in told.items():
