@@ -175,6 +175,21 @@ def test_a_part_that_stops_in_the_descent_is_given_up_and_told():
     assert cell.outputs == []
 
 
+@pytest.mark.parametrize(
+    ("phase", "late", "is_met"),
+    [("way there", 0.004, True), ("way there", 0.3, True), ("descent", 0.1, False)],
+)
+def test_cycles_that_are_left_out_do_not_make_the_gripper_miss(phase, late, is_met):
+    cell = Cell(allowed=1e-3).cycles(PHASES[phase])
+    cell.rig.now += late
+    cell.cycles(over)
+    code = cell.goal.outcome.code
+    assert code is (GoalCode.SUCCEEDED if is_met else GoalCode.NOT_REACHED)
+    assert bool(cell.errors) is is_met
+    assert max(cell.errors, default=0.0) < 1e-5
+    assert bool(cell.outputs) is is_met
+
+
 def test_a_cancelled_transfer_goes_up_from_the_part():
     cell = Cell().cycles(PHASES["descent"])
     cell.controller.cancel(cell.goal)

@@ -60,6 +60,9 @@ STATE_OF = {
 # a sender may be held up.
 LATE_INTERVALS, LATE = 2.0, 0.06
 
+# Setpoints that come later by more than this are too late for a station that moves [s].
+LARGEST_DRIFT = 2e-4
+
 # Largest speed of the platform in teach mode: that of ISO 10218 for manual operation [m/s].
 TEACH_SPEED = 0.25
 
@@ -115,6 +118,10 @@ class CommandedMotion:
         self._newest_pose: Vector3 = (0.0, 0.0, 0.0)
         # The number of the plan for which it is known when outputs are due.
         self._scheduled = 0
+        # The station that moves of a transfer, how it does, and when it was there; and how far the
+        # engine was behind the clock when that was told.
+        self._told_station: tuple[int, Stop, float] | None = None
+        self._behind = 0.0
 
     def move_to(self, position: Sequence[float]) -> None:
         """Move the platform to ``position`` [m], at the latest when it is its turn.
@@ -310,7 +317,11 @@ class CommandedMotion:
         """
         if self._states.state is not MOVING:
             return False
-        return self._engine.renew(stop, motion, self._queue.present - seen)
+        is_begun = self._engine.renew(stop, motion, self._queue.present - seen)
+        if is_begun:
+            self._told_station = stop, motion, seen
+            self._behind = self._queue.present - self._engine.elapsed
+        return is_begun
 
     def cancel(self, goal: Command) -> None:
         """Come to rest, if the motion is that of the ``goal``; give it up if it only waits."""
@@ -366,6 +377,8 @@ class CommandedMotion:
         """Tell what has been taken or refused with the setpoint that has just been made."""
         try:
             self._look_for_missed_stop()
+            if self._engine.transfer_progress is not None:
+                self._keep_in_time()
             # A plan that was ready begins with this setpoint.
             decided = self._queue.decided(self._states.state in ON_THE_WAY)
             if decided is not None:
@@ -415,6 +428,9 @@ class CommandedMotion:
                     for after, output in stop.outputs
                 )
                 self._schedule(*new)
+                moving = [(i, each) for i, each in enumerate(command.stops) if each.moves]
+                self._told_station = (*moving[0], command.seen) if moving else None
+                self._behind = self._queue.present - self._engine.elapsed
             if self._engine.is_paused:
                 self._tell_pause()
             else:
@@ -432,6 +448,12 @@ class CommandedMotion:
                 each = each._replace(instant=instant)
             due.append(each)
         target.due = deque(sorted(due, key=attrgetter("instant")))
+
+    def _keep_in_time(self) -> None:
+        """Let a transfer meet its station where cycles were left out: the station went on."""
+        behind = self._queue.present - self._engine.elapsed - self._behind
+        if self._told_station is not None and abs(behind) > LARGEST_DRIFT:
+            self.renew(*self._told_station)
 
     def _look_for_missed_stop(self) -> None:
         """Tell that a transfer is given up, as a stop is not met."""
