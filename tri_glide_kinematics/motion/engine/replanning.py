@@ -11,6 +11,8 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
+import numpy as np
+
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import Command, Departure, Transfer
@@ -51,6 +53,9 @@ SLOWED, SHORTEST_SLOWED = 1.8, 0.15
 # From the request to rest a stop takes at most so many times the sliders' own stop, or this time if
 # that is more [s]; and as long as the shaper lasts.
 LONGEST_STOP, ALWAYS_ALLOWED = 2.0, 0.2
+
+# So often it is looked how deep a braking leads [s].
+DEPTH_STEP = 0.0005
 
 # The held plan was accepted with one rounding error; so slowing it down may have two.
 SLOWED_ROUNDING = 2.0 * RELATIVE_ROUNDING
@@ -306,7 +311,13 @@ class Replanning:
             return (yield from self._paths.braked(held, held.path_plan, time))
         if isinstance(plan, TransferPlan):
             return (yield from self._transfer_braked(held, plan, time))
-        state = plan.at(time)
+        return (yield from self._braked_anywhere(held, time, stays))
+
+    def _braked_anywhere(
+        self, held: HeldMotion, time: float, stays: bool
+    ) -> Interruptible[HeldMotion]:
+        """Return ``held`` with a plan that comes to rest as soon as possible, if there is one."""
+        state = held.plan.at(time)
         for limits in gentler(held.limits.effective, state):
             braked = yield from self._braked_within(held, time, state, limits, stays=stays)
             if braked.role is PlanRole.BRAKES or not limits.added:
@@ -321,9 +332,14 @@ class Replanning:
 
         The sliders' own stops may lead below the stop that it is at, or comes to.
         """
-        held = replace(held, role=PlanRole.BRAKES)
         limits, goal = held.limits.effective, held.goal
         reason = TransferError("new limits do not allow the transfer to go on")
+        for stays in (True, False) if goal is None else ():
+            braked = yield from self._braked_anywhere(held, time, stays)
+            if braked.brakes and self._goes_no_deeper(braked.plan, plan, time):
+                return braked
+            yield
+        held = replace(held, role=PlanRole.BRAKES)
         if goal is None:
             slowed = yield from self._slowed_on_way(held, time)
             if slowed is not None:
@@ -336,6 +352,18 @@ class Replanning:
             return replace(held, plan=stopped)
         except KinematicsError:
             return replace(held, role=PlanRole.EARLIER)
+
+    def _goes_no_deeper(self, braking: Trajectory, plan: TransferPlan, time: float) -> bool:
+        """Return whether a ``braking`` stays above the stops, or what is left of a ``plan``."""
+        if braking is plan:
+            return True
+        machine = self._workspace.machine
+        times = np.arange(0.0, braking.duration + DEPTH_STEP, DEPTH_STEP)
+        leg = plan.legs[plan.present(time)[0]].plan
+        ends = (leg.platform_at(machine, each)[2] for each in (0.0, leg.duration))
+        driven = machine.forward_batch(plan.sample(time + times).heights)[:, 2]
+        places = machine.forward_batch(braking.sample(times).heights)[:, 2]
+        return bool(places.min() >= min(driven.min(), max(ends)))
 
     def _slowed_on_way(self, held: HeldMotion, time: float) -> Interruptible[Trajectory | None]:
         """Return the plan that is ``held``, slowed down to rest, if that is proved."""
@@ -409,7 +437,7 @@ class Replanning:
             pass
         elif isinstance(plan, PathPlan):
             along = partial(self._paths.parts.brake_hard, plan, time, held.limits.effective)
-        elif self._kind is MotionKind.LINEAR or isinstance(plan, LinePlan):
+        elif self._kind is MotionKind.LINEAR or isinstance(plan, (LinePlan, TransferPlan)):
             along = partial(stopping.along_line, state, limits, region)
         try:
             stop = yield from stopping.soonest(state, own, limits, region, left, along)

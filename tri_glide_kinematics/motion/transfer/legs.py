@@ -96,6 +96,9 @@ SLOWEST = 1.6
 # A leg to a place that it would be too fast for goes over to lower speeds in so long [s].
 SLOWING = 0.15
 
+# Knots are no closer than this: rounding would be divided by the cube of it [s].
+SAME_KNOT = 1e-5
+
 # A frame whose motion has changed is caught up with for so long at least [s], and with these parts
 # of the limits of velocity, acceleration and jerk, as the rest is in use.
 CATCHING_UP = 0.06
@@ -103,9 +106,6 @@ PARTS_FOR_MORE = (0.8, 0.4, 0.4)
 
 # A place that is missed by this part of what is allowed is met.
 UNSEEN = 0.1
-
-# After it has left a stop, the frame comes to rest in one of these times [s].
-COMING_TO_REST = (0.15, 0.25, 0.4, 0.7, 1.2)
 
 
 class TransferError(MotionError):
@@ -835,7 +835,9 @@ def _slower_leg(leg: Leg, now: float, rate: float) -> Leg:
         after = now + SLOWING + (times - passed[-1]) / rate
         return np.where(times < now, times, np.where(times < passed[-1], going, after))
 
-    knots = ascending(np.concatenate((scaling.times, passed[::40])))
+    some = passed[:: len(dense) // 10]
+    apart = np.abs(np.subtract.outer(scaling.times, some)).min(axis=1)
+    knots = ascending(np.concatenate((scaling.times[apart > SAME_KNOT], some)))
     times = later(knots)
     u = np.clip((times - now) / SLOWING, 0.0, 1.0)
     rates, bends = 1.0 - less * u * u * (3.0 - 2.0 * u), -6.0 * less * u * (1.0 - u) / SLOWING
