@@ -68,6 +68,15 @@ def test_a_shaper_calms_each_motion(start: Start, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_parts_are_picked_and_placed(start: Start, tmp_path: Path) -> None:
+    output = output_of(start("pick_demo", "--count", "2", "--speed", "0.02"))
+    assert output.count("picked and placed, ") == 2
+    assert "demo: 2 placed, " in output
+    assert f"demo: picture: {tmp_path}/pick_demo.png" in output
+    assert (tmp_path / "pick_demo.png").read_bytes().startswith(PNG)
+
+
+@pytest.mark.slow
 def test_a_wrong_machine_is_put_right(start: Start, tmp_path: Path) -> None:
     output = output_of(start("calibration_demo", "--touches", "7", "--seed", "2"))
     assert "as right as predicted" in output

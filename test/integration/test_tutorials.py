@@ -21,7 +21,8 @@ from testing.processes import TIMEOUT
 TUTORIALS = ROOT / "docs" / "tutorials"
 # These have tests of their own.
 TESTED_ELSEWHERE = re.compile(
-    r"^(make env|source env.sh|ros2 run \w+ (panel|panel_node|calibration_demo) .*)\n", re.MULTILINE
+    r"^(make env|source env.sh|ros2 run \w+ (panel|panel_node|calibration_demo|pick_demo) .*)\n",
+    re.MULTILINE,
 )
 STAYS = re.compile(r"^(ros2 run \w+ ik_node|python3 out/my_drives\.py)", re.MULTILINE)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -241,9 +242,8 @@ def test_the_tutorial_about_drives_on_a_bus(folder, ros_domain):
 
 def test_the_tutorial_about_picking(folder, ros_context, nodes):
     blocks = [code for _, code in all_blocks(TUTORIALS / "pick_and_place.md")]
-    demo, picture, belt, pick_node, program, told = blocks
-    code, output = run(["bash", "-c", TESTED_ELSEWHERE.sub("", demo)], folder)
-    assert (code, is_told(picture, output)) == (0, True), output
+    demo, _, belt, pick_node, program, told = blocks
+    assert not TESTED_ELSEWHERE.sub("", demo)
     # A computer with more to do is late.
     belt = _with(belt, {"gripper_reach": 0.05, "part_distance": 0.15})
     pick_node = _with(pick_node, {"allowed_error": 0.05, "belt_timeout": 1.0})

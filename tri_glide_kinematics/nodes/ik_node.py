@@ -29,6 +29,7 @@ from tri_glide_kinematics.control import (
 )
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
+from tri_glide_kinematics.motion.engine import Stop as Station
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.reason_log import ReasonLog, RefusalLog
@@ -93,6 +94,9 @@ STATUS_PERIOD = 0.1
 # to a target comes in the same cycle, and none comes late.
 PLANNING_PART = 0.3
 
+# So long a newer motion of a station waits for the plan that is being made [s].
+RENEWAL_WAITS = 0.05
+
 # After this part of a period, further requests to the actions wait for the next cycle.
 REQUESTS_PART = 0.5
 
@@ -114,6 +118,8 @@ class IkNode(Node):
         self._time_before_setpoint = PLANNING_PART * period
         self._time_for_requests = REQUESTS_PART * period
         self._planning = PlanningTime()
+        self._renewal: tuple[int, Station, float] | None = None
+        self._renewal_came = 0.0
         self._target_timeout = values["target_timeout"]
         self._tracking_latency = values["tracking_latency"]
         self._follow_poses = values["follow_poses"]
@@ -245,6 +251,7 @@ class IkNode(Node):
             self._controller.stop(lost)
         self._actions.look()
         self._requests.look()
+        self._renew(now)
 
     def _setpoint(self, now: float) -> SliderState | None:
         """Return the next setpoint, which is sent.
@@ -362,10 +369,17 @@ class IkNode(Node):
 
     def _on_station(self, message: StationState) -> None:
         try:
-            station, motion, seen = renewal_of(message, self._base_frame, self.get_clock())
-            self._controller.renew(station, motion, seen)
+            self._renewal = renewal_of(message, self._base_frame, self.get_clock())
+            self._renewal_came = time.monotonic()
         except KinematicsError as error:
             self._refused.refuse(f"refused a station state: {error}", error.refusal)
+
+    def _renew(self, now: float) -> None:
+        """Let a transfer meet its station as that moves now, as soon as this can be planned."""
+        if self._renewal is not None:
+            is_late = now > self._renewal_came + RENEWAL_WAITS
+            if self._controller.renew(*self._renewal) or is_late:
+                self._renewal = None
 
     def _on_run(self, message: ProgramRun) -> None:
         line = f", line {message.line}" if message.line else ""
