@@ -52,7 +52,7 @@ from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.goal_sender import SentGoal
 from tri_glide_kinematics.ros.inputs import NODE_ENDS
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.loop import Cycle
+from tri_glide_kinematics.ros.loop import Cycle, steady_timer
 from tri_glide_kinematics.ros.messages import (
     LATEST_OUTPUTS,
     RefusedMessageError,
@@ -152,6 +152,7 @@ class PickNode(Node):
         self._file = taught_file_of(told, self.get_namespace())
         self._use(with_taught(told, self._file))
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
+        steady_timer(self, 1.0, self._unusable.end_of_second)
         self._counts = dict.fromkeys(COUNTED.values(), 0)
         self._run = _Run(dict(self._counts), Pick.Result.STOPPED, "no run has begun")
         self._kinematics = machine_of(told)
@@ -369,9 +370,12 @@ class PickNode(Node):
             self._unusable.add(f"belt_states without a position of {name!r} that is a number")
             return
         made = self._made_at(message.header, "belt_states")
-        if made is not None:
-            way = self._values["metres_per_count"] * message.position[index]
-            self._picker.report(made, way)
+        if made is None:
+            return
+        try:
+            self._picker.report(made, self._values["metres_per_count"] * message.position[index])
+        except KinematicsError as error:
+            self._unusable.add(f"belt_states: {error}")
 
     def _on_parts(self, message: SeenParts) -> None:
         camera = self._cameras.get(message.header.frame_id)
@@ -390,9 +394,12 @@ class PickNode(Node):
             if not all(map(math.isfinite, (*seen, part.angle))):
                 self._unusable.add("a part was seen at a place that is no number")
                 continue
-            place = camera.place.place_of(seen)
-            name = message.header.frame_id
-            self._picker.see(Sighting(then, place, part.kind, part.id, part.angle, name))
+            try:
+                place = camera.place.place_of(seen)
+                name = message.header.frame_id
+                self._picker.see(Sighting(then, place, part.kind, part.id, part.angle, name))
+            except KinematicsError as error:
+                self._unusable.add(f"seen_parts: {error}")
 
     def _keep_view(self, message: SeenParts, then: float) -> None:
         """Keep a picture with one part ``then`` [s], as that may be taught by."""
