@@ -187,7 +187,8 @@ def test_cycles_that_are_left_out_do_not_make_the_gripper_miss(phase, late, is_m
     assert code is (GoalCode.SUCCEEDED if is_met else GoalCode.NOT_REACHED)
     assert bool(cell.errors) is is_met
     assert max(cell.errors, default=0.0) < 1e-5
-    assert bool(cell.outputs) is is_met
+    # What was due in the time that is lost has been told.
+    assert cell.outputs or not is_met
 
 
 def test_a_cancelled_transfer_goes_up_from_the_part():

@@ -44,6 +44,8 @@ class IdealMachine:
     def __init__(self) -> None:
         self.machine = Machine((0.0, 0.0, 0.1))
         self.before = self.transfer = None
+        # When it takes commands again, which it does not while it brakes.
+        self.rests = math.inf
         # Of the present transfer; of all: arrivals, stops, and as of when these are.
         self.arrivals: list[float] = []
         self.visits: list[tuple[float, Stop, float]] = []
@@ -63,12 +65,15 @@ class IdealMachine:
             self.visits[-2] = (self.arrivals[0], *task)
         elif isinstance(task, GivingUp):
             self.end(GoalCode.CANCELED, task.reason)
+            self.machine, self.rests = self.machine._replace(accepts=False), now + 0.1
 
     def end(self, code: GoalCode, text: str) -> None:
         self.transfer.end(code, text)
         self.outputs.clear()
 
     def look(self, now: float) -> Machine:
+        if now > self.rests:
+            self.machine, self.rests = self.machine._replace(accepts=True), math.inf
         passed = [told for time, told in self.outputs if time <= now]
         self.outputs = [each for each in self.outputs if each[0] > now]
         position = self.machine.position
@@ -269,3 +274,10 @@ def test_a_run_that_is_to_finish_places_what_it_has_begun():
     cell.run(has_ended)
     assert cell.outcomes() == [PartOutcome.PLACED] * 2
     assert cell.picker.text == "enough"
+
+
+def test_no_more_parts_are_begun_than_are_wanted():
+    cell = Cell(losing=0.4)
+    cell.picker.run(count=3)
+    outcomes = cell.run(has_ended).outcomes()
+    assert outcomes.count(PartOutcome.PLACED) == 3 < len(outcomes)

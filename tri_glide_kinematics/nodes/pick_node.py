@@ -36,6 +36,7 @@ from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.engine import Stop as Station
 from tri_glide_kinematics.motion.engine import Transfer as TransferCommand
 from tri_glide_kinematics.picking import (
+    ALL_PLACED,
     GivingUp,
     GripperOrder,
     Lessons,
@@ -51,7 +52,7 @@ from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.goal_sender import SentGoal
 from tri_glide_kinematics.ros.inputs import NODE_ENDS
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
-from tri_glide_kinematics.ros.loop import Cycle
+from tri_glide_kinematics.ros.loop import Cycle, steady_timer
 from tri_glide_kinematics.ros.messages import (
     LATEST_OUTPUTS,
     RefusedMessageError,
@@ -76,7 +77,7 @@ from tri_glide_kinematics.settings import (
     with_taught,
 )
 from tri_glide_kinematics.vectors import Vector3, combined, plus, three
-from tri_glide_kinematics.wording import vector_text
+from tri_glide_kinematics.wording import number_text, vector_text
 
 RELIABLE = QoSProfile(depth=10)
 
@@ -90,6 +91,10 @@ LONGEST_SILENCE = 2.0
 # that is disabled, where somebody has moved it.
 ACCEPTING = (MachineState.IDLE, MachineState.MOVING)
 RESTING = (MachineState.IDLE, MachineState.DISABLED)
+
+# What comes in was made so long before or ahead of now at most; a camera that is not taught yet may
+# be late by that [s].
+OLDEST, AHEAD = 5.0, 1.0
 
 # Pictures that are kept to teach by, and how old those may be that teach a latency [s].
 MOST_VIEWS, SEEN_OF_LATE = 500, 2.0
@@ -124,11 +129,9 @@ class _Run:
     """A goal of ``~/run``: it goes on until it has a code.
 
     Attributes:
-        count: of parts that are to be placed; 0 for all.
         before: counts of outcomes at its begin.
     """
 
-    count: int
     before: dict[str, int]
     code: int | None = None
     text: str = ""
@@ -149,8 +152,9 @@ class PickNode(Node):
         self._file = taught_file_of(told, self.get_namespace())
         self._use(with_taught(told, self._file))
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
+        steady_timer(self, 1.0, self._unusable.end_of_second)
         self._counts = dict.fromkeys(COUNTED.values(), 0)
-        self._run = _Run(0, dict(self._counts), Pick.Result.STOPPED, "no run has begun")
+        self._run = _Run(dict(self._counts), Pick.Result.STOPPED, "no run has begun")
         self._kinematics = machine_of(told)
         self._machine: MachineState | None = None
         self._motion: Motion | None = None
@@ -332,10 +336,23 @@ class PickNode(Node):
         """Return the time of the node's clock at a ``then`` of time.monotonic() [s]."""
         return Time(nanoseconds=max(round(1e9 * (then + self._ahead)), 1)).to_msg()
 
-    def _seen_at(self, stamp: Any, latency: float = 0.0) -> float:
-        """Return when a message was made, by time.monotonic() [s]."""
-        made = steady_time(stamp, self._ahead) if has_stamp(stamp) else time.monotonic()
-        return made - latency
+    def _made_at(self, header: Any, what: str) -> float | None:
+        """Return when a message was made, by time.monotonic() [s]; None if no clock is that wrong.
+
+        A report of the belt from the future would hide all that come until then.
+        """
+        now = time.monotonic()
+        if not has_stamp(header.stamp):
+            return now
+        made = steady_time(header.stamp, self._ahead)
+        if -AHEAD <= now - made <= OLDEST:
+            return made
+        relation, most = ("behind", OLDEST) if made < now else ("ahead of", AHEAD)
+        self._unusable.add(
+            f"{what} has a stamp {number_text(abs(now - made))} s {relation} the clock of this "
+            f"node, it must be at most {number_text(most)} s: are the clocks set alike?"
+        )
+        return None
 
     def _on_motion(self, data: bytes) -> None:
         self._motion = read_motion(data)
@@ -349,8 +366,13 @@ class PickNode(Node):
         if index >= len(message.position) or not math.isfinite(message.position[index]):
             self._unusable.add(f"belt_states without a position of {name!r} that is a number")
             return
-        way = self._values["metres_per_count"] * message.position[index]
-        self._picker.report(self._seen_at(message.header.stamp), way)
+        made = self._made_at(message.header, "belt_states")
+        if made is None:
+            return
+        try:
+            self._picker.report(made, self._values["metres_per_count"] * message.position[index])
+        except KinematicsError as error:
+            self._unusable.add(f"belt_states: {error}")
 
     def _on_parts(self, message: SeenParts) -> None:
         camera = self._cameras.get(message.header.frame_id)
@@ -359,20 +381,25 @@ class PickNode(Node):
             frame = message.header.frame_id
             self._unusable.add(f"parts seen in the frame {frame!r}, it must be {names}")
             return
-        then = self._seen_at(message.header.stamp, camera.latency)
-        self._keep_view(message)
+        made = self._made_at(message.header, "seen_parts")
+        if made is None:
+            return
+        self._keep_view(message, made)
+        then = made - camera.latency
         for part in message.parts:
             seen = vector_of(part.position)
             if not all(map(math.isfinite, (*seen, part.angle))):
                 self._unusable.add("a part was seen at a place that is no number")
                 continue
-            place = camera.place.place_of(seen)
-            name = message.header.frame_id
-            self._picker.see(Sighting(then, place, part.kind, part.id, part.angle, name))
+            try:
+                place = camera.place.place_of(seen)
+                name = message.header.frame_id
+                self._picker.see(Sighting(then, place, part.kind, part.id, part.angle, name))
+            except KinematicsError as error:
+                self._unusable.add(f"seen_parts: {error}")
 
-    def _keep_view(self, message: SeenParts) -> None:
-        """Keep a picture with one part, as that may be taught by."""
-        then = self._seen_at(message.header.stamp)
+    def _keep_view(self, message: SeenParts, then: float) -> None:
+        """Keep a picture with one part ``then`` [s], as that may be taught by."""
         belt = self._picker.belt_at(then)
         if belt is not None and len(message.parts) == 1:
             each = self._values["metres_per_count"]
@@ -480,17 +507,17 @@ class PickNode(Node):
     def _begin(self, request: Pick.Goal) -> _Run:
         before = dict(self._counts)
         if self._has_ended:
-            return _Run(0, before, Pick.Result.SHUTDOWN, NODE_ENDS)
+            return _Run(before, Pick.Result.SHUTDOWN, NODE_ENDS)
         if self._run.code is None or self._picker.is_running:
-            return _Run(0, before, Pick.Result.REFUSED, "a run goes on already")
+            return _Run(before, Pick.Result.REFUSED, "a run goes on already")
         if not self._machine_now(time.monotonic()).accepts:
-            return _Run(0, before, Pick.Result.REFUSED, "the machine takes no commands")
+            return _Run(before, Pick.Result.REFUSED, "the machine takes no commands")
         try:
-            self._picker.run(is_emptied=request.is_emptied)
+            self._picker.run(is_emptied=request.is_emptied, count=request.count)
         except KinematicsError as error:
-            return _Run(0, before, Pick.Result.REFUSED, str(error))
+            return _Run(before, Pick.Result.REFUSED, str(error))
         self._ordered.clear()
-        self._run = _Run(request.count, before)
+        self._run = _Run(before)
         return self._run
 
     def _cancel(self, run: _Run) -> None:
@@ -502,10 +529,6 @@ class PickNode(Node):
         run = self._run
         if run.code is not None:
             return
-        placed = self._counts["placed"] - run.before["placed"]
-        self._picker.left = run.count - placed if run.count else math.inf
-        if self._picker.left <= 0:
-            self._picker.finish(ALL_PLACED)
         if self._picker.is_running:
             return
         text = self._picker.text
@@ -570,9 +593,6 @@ class PickNode(Node):
             self._run.code, self._run.text = Pick.Result.SHUTDOWN, NODE_ENDS
         self._server.answer()
         self._patient.end()
-
-
-ALL_PLACED = "all are placed"
 
 
 def _within(text: str, deviation: float) -> str:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.parts import PartOutcome as PartOutcome
     from tri_glide_kinematics.picking.parts import Parts as Parts
     from tri_glide_kinematics.picking.parts import Sighting as Sighting
+    from tri_glide_kinematics.picking.picker import ALL_PLACED as ALL_PLACED
     from tri_glide_kinematics.picking.picker import GivingUp as GivingUp
     from tri_glide_kinematics.picking.picker import GripperClosedError as GripperClosedError
     from tri_glide_kinematics.picking.picker import GripperOrder as GripperOrder

@@ -42,6 +42,14 @@ LATEST = 0.2
 GOES_ON = (GoalCode.NOT_REACHED, GoalCode.REFUSED)
 
 
+# Why a run ends that has placed as many as it was to.
+ALL_PLACED = "all are placed"
+
+# A transfer that was given up ends when the platform rests. That the machine takes commands again
+# is told by another message, within this time [s].
+BRAKES_FOR = 0.5
+
+
 class GripperClosedError(KinematicsError):
     """A run is to begin while the gripper may hold a part of the last one."""
 
@@ -158,7 +166,6 @@ class Picker:
         is_running: whether it does.
         text: what it does, or why the last run has ended.
         events: of parts that have ended; who tells them clears it.
-        left: how many parts are still to be placed.
     """
 
     def __init__(
@@ -180,7 +187,6 @@ class Picker:
         """
         self.is_running, self.text = False, "no run has begun"
         self.events: list[PartEvent] = []
-        self.left = math.inf
         self._belt, self._parts, self._order, self._places = belt, parts, order, places
         self._settings = settings
         # The last one is the present one; one before it is still to be released.
@@ -192,14 +198,17 @@ class Picker:
         self._gives_up = self._carries_on = self._waits = self._is_closed = False
         self._ends = ""
         self._failed = (-math.inf, "")
+        # So many parts are to be placed yet.
+        self._left = math.inf
         self._stops: int | None = None
-        self._looked = self._free_at = -math.inf
+        self._looked = self._free_at = self._brakes_until = -math.inf
 
-    def run(self, is_emptied: bool = False) -> None:
+    def run(self, is_emptied: bool = False, count: int = 0) -> None:
         """Begin to pick parts.
 
         Args:
             is_emptied: whether somebody has taken out what the gripper held, and opened it.
+            count: of parts that are to be placed; 0 for all.
 
         Raises:
             GripperClosedError: if it is closed since the last run, and not emptied.
@@ -209,7 +218,7 @@ class Picker:
         if not self.is_running:
             self.is_running, self.text = True, "picks parts"
             self._is_closed = self._waits = False
-            self._stops, self._ends = None, ""
+            self._stops, self._ends, self._left = None, "", count or math.inf
 
     @property
     def target(self) -> int:
@@ -257,7 +266,7 @@ class Picker:
         if self.is_running and (reason := self._obstacle(now, machine)):
             self._end(now, reason)
         last = self._cycles[-1] if self._cycles else None
-        is_free = self.is_running and len(self._cycles) < min(2, self.left)
+        is_free = self.is_running and machine.accepts and len(self._cycles) < min(2, self._left)
         if len(self._cycles) > 1 and _has_failed(self._cycles[0].transfer):
             return self._turn_back()
         if self._given is not None:
@@ -291,6 +300,9 @@ class Picker:
             cycle.gripped = now + self._settings.closing
         else:
             self._end_cycle(cycle, PartOutcome.PLACED, "picked and placed", now)
+            self._left -= cycle.part.outcome is PartOutcome.PLACED
+            if self._left <= 0:
+                self.finish(ALL_PLACED)
 
     def _watch_gripper(self, now: float, machine: Machine) -> None:
         """Note how near the gripper was to its part, and whether it holds it."""
@@ -311,7 +323,7 @@ class Picker:
     def _obstacle(self, now: float, machine: Machine) -> str:
         """Return why the run has to end, if it has to; take in how a transfer has ended."""
         before, self._stops = self._stops, machine.stops
-        accepts = machine.accepts or self._gives_up
+        accepts = machine.accepts or self._gives_up or now < self._brakes_until
         if not accepts or before not in (None, machine.stops):
             return "the machine was stopped, or takes no commands"
         outcome = None if self._given is None else self._given.outcome
@@ -319,6 +331,8 @@ class Picker:
             return ""
         given, self._given = self._given, None
         gave_up, self._gives_up = self._gives_up, False
+        if gave_up:
+            self._brakes_until = now + BRAKES_FOR
         again, self._carries_on = self._carries_on, False
         last = self._cycles[-1] if self._cycles else None
         if outcome.code is GoalCode.SUCCEEDED:
