@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from benchmarks import pick_grips
+from benchmarks import pick_cycles, pick_grips
 from benchmarks.table import Row, print_rows
 from tri_glide_kinematics.picking import CycleTimes, PickOrder
 from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices, Vector3
@@ -229,6 +229,7 @@ def order_rows() -> Iterator[Row]:
 
 def rows() -> Iterator[Row]:
     """Yield one row of the table after the other."""
+    yield from pick_cycles.rows()
     yield from pick_grips.rows()
     yield from order_rows()
 

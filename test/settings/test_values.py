@@ -20,6 +20,7 @@ from tri_glide_kinematics.settings import (
     shaper_of,
     supervision_bounds_of,
     swing_of,
+    taught_in,
     true_travel_of,
     workspace_limits_of,
 )
@@ -263,3 +264,22 @@ def test_values_that_do_not_fit_together_are_refused_by_name_and_number(check, c
     with pytest.raises(KinematicsError) as refused:
         check(values(table, **changes))
     assert words in str(refused.value)
+
+
+def test_a_taught_file_that_cannot_be_used_is_named_with_the_reason(tmp_path):
+    file = tmp_path / "taught.yaml"
+    assert taught_in(file) == {}
+    file.write_text("metres_per_count: 2\nother: 1")
+    assert taught_in(file) == {"metres_per_count": 2.0}
+    for text, reason in (
+        ("", "holds no names"),
+        ("a: [", "expected"),
+        ("\0", "not allowed"),
+        ("metres_per_count: 11", "at most 10 m"),
+        ("gripper_point: [0, 0]", "has 2 elements"),
+    ):
+        file.write_text(text)
+        with pytest.raises(KinematicsError, match=f"(?s)taught.yaml cannot be used: .*{reason}"):
+            taught_in(file)
+    with pytest.raises(KinematicsError, match="too long"):
+        taught_in(tmp_path / ("x" * 300))

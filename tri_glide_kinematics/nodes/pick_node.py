@@ -67,14 +67,15 @@ from tri_glide_kinematics.settings import (
     PICK_NODE,
     Values,
     cameras_of,
+    checked,
     direction_of,
     keep_taught,
     machine_of,
     picker_of,
     replaced_camera,
     taught_file_of,
+    taught_in,
     way_times_of,
-    with_taught,
 )
 from tri_glide_kinematics.vectors import Vector3, combined, plus, three
 from tri_glide_kinematics.wording import number_text, vector_text
@@ -150,7 +151,11 @@ class PickNode(Node):
         super().__init__("pick_node")
         told = LiveParameters(self, PICK_NODE, _check).values
         self._file = taught_file_of(told, self.get_namespace())
-        self._use(with_taught(told, self._file))
+        taught = taught_in(self._file)
+        if taught:
+            text = ", ".join(f"{name} {value}" for name, value in taught.items())
+            self.get_logger().info(f"taught, from {self._file}: {text}")
+        self._use({**told, **taught})
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         steady_timer(self, 1.0, self._unusable.end_of_second)
         self._counts = dict.fromkeys(COUNTED.values(), 0)
@@ -436,7 +441,7 @@ class PickNode(Node):
     ) -> TeachPick.Response:
         try:
             changed, response.message = self._taught(request)
-            if changed:
+            if changed := checked(changed):
                 self._use({**self._values, **changed})
                 keep_taught(self._values, self._file)
             response.success = True

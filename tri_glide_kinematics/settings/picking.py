@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import file_of_machine, replace_file
 from tri_glide_kinematics.picking import (
     BeltMotion,
@@ -172,23 +173,31 @@ def taught_file_of(values: Values, namespace: str) -> Path:
     return Path(values["taught_file"] or file_of_machine("taught", namespace))
 
 
-def with_taught(values: Values, file: Path) -> dict[str, Any]:
-    """Return ``values`` with those that a file keeps; without the file they are as they are.
+def checked(taught: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is ``taught``, by the names of parameters.
 
     Raises:
-        ParameterError: if the file holds something else.
-        KinematicsError: if a value is outside its bounds.
+        KinematicsError: if a value is outside the bounds of its parameter.
     """
-    if not file.exists():
-        return dict(values)
     table = {each.name: each for each in PICK_NODE}
+    return {name: table[name].checked(value) for name, value in taught.items()}
+
+
+def taught_in(file: Path) -> dict[str, Any]:
+    """Return the parameters that a file keeps, none without the file.
+
+    Raises:
+        ParameterError: if the file cannot be read, holds something else, or a value that is not
+            within the bounds of its parameter.
+    """
+    names = {*TAUGHT, *TAUGHT_OF_CAMERAS}
     try:
-        kept = yaml.safe_load(file.read_text())
-        names = {*TAUGHT, *TAUGHT_OF_CAMERAS}
-        taught = {name: table[name].checked(value) for name, value in kept.items() if name in names}
-    except (OSError, AttributeError, yaml.YAMLError) as error:
-        raise ParameterError(f"{file} keeps nothing that was taught: {error}") from error
-    return {**values, **taught}
+        kept = yaml.safe_load(file.read_text()) if file.exists() else {}
+        if not isinstance(kept, dict):
+            raise ParameterError("it holds no names with their values")
+        return checked({name: value for name, value in kept.items() if name in names})
+    except (OSError, ValueError, yaml.YAMLError, KinematicsError) as error:
+        raise ParameterError(f"taught_file {file} cannot be used: {error}") from error
 
 
 def keep_taught(values: Values, file: Path) -> None:
