@@ -305,12 +305,6 @@ def test_one_that_is_planned_ahead_begins_at_the_rest_of_the_motion_before(in_pi
 def test_a_place_where_the_platform_is_already_is_reached(in_pieces):
     moving = at_home(in_pieces=in_pieces)
     moving.transfer([Stop(HOME, DWELL), Stop(HOME, DWELL)], HEIGHT, lifts=False)
-<<<<<<< HEAD
-    while moving.preparing:
-        moving.work(more(10))
-    assert moving.time_to_rest > DWELL
-=======
->>>>>>> review
     run_to_rest(moving)
     assert_rests_at(moving, HOME, 1e-6)
     assert moving.elapsed > DWELL
