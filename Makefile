@@ -81,6 +81,7 @@ soak: env ## millions of steps, long tests at random, nodes that die, attacks on
 		&& python -m benchmarks.soak_motion --steps 5000000 --seed $$SOAK_SEED \
 		&& python -m benchmarks.soak_bounds --steps 600000 --seed $$SOAK_SEED && python -m benchmarks.soak_pieces \
 		&& python -m benchmarks.soak_stops --count 100000 --seed $$SOAK_SEED \
+		&& python -m benchmarks.soak_picks --cycles 10000 --seed $$SOAK_SEED \
 		&& python -m benchmarks.soak_follow --seed $$SOAK_SEED \
 		&& python -m benchmarks.soak_controller --steps 1000000 --seed $$SOAK_SEED \
 		&& python -m benchmarks.soak_paths --count 10000 --seed $$SOAK_SEED \

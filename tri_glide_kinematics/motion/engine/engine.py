@@ -313,7 +313,8 @@ class MotionEngine:
             age: time from that of its position to the present setpoint [s].
 
         Returns:
-            Whether that is begun: not while another plan is made, or the stop is not the next.
+            Whether that is begun: not while another plan is made, or the stop is not the next, or
+            did not move when the transfer was planned.
 
         Raises:
             NotStartedError: before the start.

@@ -96,6 +96,9 @@ SLOWEST = 1.6
 # A leg to a place that it would be too fast for goes over to lower speeds in so long [s].
 SLOWING = 0.15
 
+# So often that is tried, each time slower by as much as it is too fast and by this factor.
+SLOWER_ATTEMPTS, SLOWER_BY = 3, 1.02
+
 # Knots are no closer than this: rounding would be divided by the cube of it [s].
 SAME_KNOT = 1e-5
 
@@ -344,15 +347,21 @@ class TransferPlanner:
             except KinematicsError as error:
                 refusal = error
             yield
-        if SLOWEST * rate > 1.0 > rate and leg.arrival - now > SLOWING:
+        for _ in range(SLOWER_ATTEMPTS):
+            if not SLOWEST * rate > 1.0 > rate or leg.arrival - now < SLOWING:
+                break
             # It arrives later, on the same way in the frame.
+            rate /= SLOWER_BY
+            slower = _slower_leg(leg, now, rate)
+            met = min(max(slower.upright, now + quickest), slower.arrival)
             try:
-                slower = _slower_leg(leg, now, rate / SPARE)
-                met = max(slower.upright, now + quickest)
-                carried = self._renewed_leg(slower, now, place, min(met, slower.arrival))
+                carried = self._renewed_leg(slower, now, place, met)
                 return (yield from self._met(plan, index, place, *carried, limits))
+            except _TooFastError as error:
+                refusal, rate = error.reason, rate / error.slowdown**2
             except KinematicsError as error:
                 refusal = error
+                break
             yield
         if missed <= allowed:
             return None
