@@ -263,3 +263,22 @@ def test_a_run_that_is_to_finish_places_what_it_has_begun():
     cell.run(has_ended)
     assert cell.outcomes() == [PartOutcome.PLACED]
     assert cell.picker.text == "enough"
+
+
+def test_a_machine_whose_cycles_come_late_is_told_anew_where_its_part_is_then():
+    cell = started().run(lambda cell: cell.picker.target)
+    cell.run(lambda cell: cell.now > cell.machine.begin + 0.05)
+    cell.run(lambda cell: cell.now > cell.machine.motion.seen + 0.03)
+    told = cell.machine.motion.seen
+    cell.machine.begin += 0.05
+    before = cell.now
+    cell.run(lambda cell: cell.now > before + 2.0 * STEP)
+    assert cell.machine.motion.seen > told
+
+
+def test_no_more_parts_are_begun_than_are_to_be_placed():
+    cell = started()
+    cell.picker.left = 1
+    cell.run(lambda cell: cell.picker.events)
+    assert cell.outcomes() == [PartOutcome.PLACED]
+    assert len([task for task in cell.tasks if len(task.stops) == 2]) == 1
