@@ -34,6 +34,9 @@ PASSES_EACH = 0.5
 # A transfer is given so long before it is to begin: it has to be planned [s].
 PLANNED_BEFORE = 0.15
 
+# A part is given up so long before the arrival at the latest, as that takes a moment [s].
+GIVEN_UP_BEFORE = 0.05
+
 # A run goes on after a transfer that has ended like that.
 GOES_ON = (GoalCode.NOT_REACHED, GoalCode.REFUSED)
 
@@ -320,7 +323,10 @@ class Picker:
 
     def _approach(self, now: float, machine: Machine, cycle: _Cycle) -> Renewal | GivingUp | None:
         """Return newer motion of a part where that matters, or that it is given up."""
-        if cycle.part.outcome is None and self._belt.is_silent(now):
+        arrival = machine.arrivals[0] if machine.arrivals else math.inf
+        # At the part the gripper has closed before the platform could go up.
+        is_away = arrival > GIVEN_UP_BEFORE
+        if cycle.part.outcome is None and is_away and self._belt.is_silent(now):
             self._end_part(cycle, PartOutcome.MISSED, "the encoder of the belt is silent", now)
         if cycle.part.outcome is not None:
             if len(self._cycles) > 1:
@@ -332,7 +338,7 @@ class Picker:
         told, given = self._told, self._given
         if not (told and given and machine.arrivals) or now < told.seen + RENEWED_AFTER:
             return None
-        grip = now + machine.arrivals[0] + self._settings.dwells[0] + given.lead
+        grip = now + arrival + self._settings.dwells[0] + given.lead
         if not now < grip < math.inf:
             return None
         if math.isnan(self._told_grip):
