@@ -276,6 +276,17 @@ def test_a_run_that_is_to_finish_places_what_it_has_begun():
     assert cell.picker.text == "enough"
 
 
+def test_a_machine_whose_cycles_come_late_is_told_anew_where_its_part_is_then():
+    cell = started().run(lambda cell: cell.picker.target)
+    cell.run(lambda cell: cell.now > cell.machine.begin + 0.05)
+    cell.run(lambda cell: cell.now > cell.machine.motion.seen + 0.03)
+    told = cell.machine.motion.seen
+    cell.machine.begin += 0.05
+    before = cell.now
+    cell.run(lambda cell: cell.now > before + 2.0 * STEP)
+    assert cell.machine.motion.seen > told
+
+
 def test_no_more_parts_are_begun_than_are_wanted():
     cell = Cell(losing=0.4)
     cell.picker.run(count=3)

@@ -81,6 +81,7 @@ PICKS = {
     "opening_time": GRIPPER + MARGIN,
     "has_sensor": True,
     "sensing_time": 0.1,
+    "belt_timeout": 0.5,
     "allowed_error": REACH,
     "drive_delay": DELAY,
 }
@@ -196,7 +197,7 @@ def pick_figure(record: Record) -> Figure:
 
     way = np.array([place for _, place in record.places])
     gripped = [event for event in record.events if event.gripped.sec]
-    grips = np.array([record.place_at(seconds(event.gripped)) for event in gripped])
+    grips = np.array([record.place_at(time) for time, _ in record.grips])
     figure = Figure(figsize=(13.0, 7.5), layout="constrained")
     grid = figure.add_gridspec(2, 2)
     above = figure.add_subplot(grid[0, 0])

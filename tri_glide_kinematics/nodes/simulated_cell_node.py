@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from itertools import groupby
 from typing import Any
 
@@ -15,7 +16,7 @@ from std_msgs.msg import Bool, Header
 from tri_glide_interfaces.msg import Output, SeenPart, SeenParts
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
-from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS, vector_of
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS, ahead_of_steady, vector_of
 from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.serving import PatientServices
 from tri_glide_kinematics.settings import SIMULATED_CELL_NODE, simulated_cell_of
@@ -39,7 +40,9 @@ class SimulatedCellNode(Node):
         super().__init__("simulated_cell_node")
         self._values = values = LiveParameters(self, SIMULATED_CELL_NODE, simulated_cell_of).values
         self._encoder, self._camera, self._gripper = simulated_cell_of(values)
-        self._begin = self.get_clock().now().nanoseconds
+        self._begin = time.monotonic()
+        # By how much the clock of this node is ahead of the time of the cell [s].
+        self._ahead = self._begin + ahead_of_steady(self.get_clock())
         self._holds: bool | None = None
         self._belts = self.create_publisher(JointState, "belt_states", RELIABLE)
         self._pictures = self.create_publisher(SeenParts, "seen_parts", RELIABLE)
@@ -52,22 +55,19 @@ class SimulatedCellNode(Node):
         self.cycle = Cycle((outputs, poses), PERIOD, self._cycle)
         PatientServices(self)
 
-    def _seconds(self, nanoseconds: int) -> float:
-        """Return a time of the clock [ns] as one of the cell [s]."""
-        return 1e-9 * (nanoseconds - self._begin)
-
-    def _header(self, time: float, frame: str) -> Header:
-        stamp = Time(nanoseconds=self._begin + round(1e9 * time)).to_msg()
+    def _header(self, then: float, frame: str) -> Header:
+        stamp = Time(nanoseconds=max(round(1e9 * (then + self._ahead)), 1)).to_msg()
         return Header(stamp=stamp, frame_id=frame)
 
     def _cycle(self) -> None:
-        now = self._seconds(self.get_clock().now().nanoseconds)
-        for time, position in self._encoder.take(now):
+        now = time.monotonic() - self._begin
+        self._ahead = self._begin + ahead_of_steady(self.get_clock())
+        for then, position in self._encoder.take(now):
             message = JointState(name=[self._values["belt_joint"]], position=[position])
-            message.header = self._header(time, "")
+            message.header = self._header(then, "")
             self._belts.publish(message)
-        for time, seen in groupby(self._camera.take(now), key=lambda sighting: sighting.time):
-            picture = SeenParts(header=self._header(time, self._camera.name))
+        for then, seen in groupby(self._camera.take(now), key=lambda sighting: sighting.time):
+            picture = SeenParts(header=self._header(then, self._camera.name))
             for _, (x, y, z), kind, identity, angle, _ in seen:
                 point = Point(x=x, y=y, z=z)
                 part = SeenPart(id=identity, kind=kind, position=point, angle=angle)
@@ -78,16 +78,17 @@ class SimulatedCellNode(Node):
     def _on_output(self, message: Output, info: dict[str, int]) -> None:
         values = self._values
         if (message.name, message.number) == (values["gripper_output"], values["gripper_number"]):
-            self._gripper.order(message.value != 0.0, self._seconds(info["source_timestamp"]))
+            sent = 1e-9 * info["source_timestamp"] - self._ahead
+            self._gripper.order(message.value != 0.0, sent)
 
     def _on_pose(self, message: PoseStamped, info: dict[str, int]) -> None:
         """Let the gripper take what is there, where the platform truly is."""
-        now = self._seconds(info["source_timestamp"])
+        now = 1e-9 * info["source_timestamp"] - self._ahead
         point = plus(vector_of(message.pose.position), self._values["gripper_point"])
         before = len(self._gripper.grips)
         holds = self._gripper.step(now, point)
-        for time, _, (x, y, z) in self._gripper.grips[before:]:
-            error = Vector3Stamped(header=self._header(time, self._values["base_frame"]))
+        for then, _, (x, y, z) in self._gripper.grips[before:]:
+            error = Vector3Stamped(header=self._header(then, self._values["base_frame"]))
             error.vector = Vector3(x=x, y=y, z=z)
             self._grips.publish(error)
         if holds is not self._holds:

@@ -38,6 +38,9 @@ PLANNED_BEFORE = 0.4
 # gripper will close [s].
 LATEST = 0.2
 
+# A part is given up so long before the arrival at the latest, as that takes a moment [s].
+GIVEN_UP_BEFORE = 0.05
+
 # A run goes on after a transfer that has ended like that.
 GOES_ON = (GoalCode.NOT_REACHED, GoalCode.REFUSED)
 
@@ -354,7 +357,9 @@ class Picker:
         grip = now + arrival + self._settings.dwells[0]
         if self._gives_up:
             return None
-        if cycle.part.outcome is not None or self._belt.is_silent(now):
+        # At the part the gripper has closed before the platform could go up.
+        is_silent = arrival > GIVEN_UP_BEFORE and self._belt.is_silent(now)
+        if cycle.part.outcome is not None or is_silent:
             self._end_part(cycle, PartOutcome.MISSED, "the encoder of the belt is silent", now)
             if len(self._cycles) > 1:
                 # The part before has to be released first.
