@@ -515,8 +515,12 @@ class PickNode(Node):
             return _Run(before, Pick.Result.SHUTDOWN, NODE_ENDS)
         if self._run.code is None or self._picker.is_running:
             return _Run(before, Pick.Result.REFUSED, "a run goes on already")
-        if not self._machine_now(time.monotonic()).accepts:
-            return _Run(before, Pick.Result.REFUSED, "the machine takes no commands")
+        now, told = time.monotonic(), self._machine
+        if not self._machine_now(now).accepts:
+            text = "the machine takes no commands"
+            if told is None or now > self._heard_at + LONGEST_SILENCE:
+                text = f"no machine_state was heard for {LONGEST_SILENCE:g} s"
+            return _Run(before, Pick.Result.REFUSED, text)
         try:
             self._picker.run(is_emptied=request.is_emptied, count=request.count)
         except KinematicsError as error:
