@@ -6,14 +6,12 @@ from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from tri_glide_kinematics.picking.teaching import (
+    NotEnoughError,
     Observed,
     TaughtBelt,
     TaughtCamera,
     TaughtGripper,
     TaughtLatency,
-    TooFewError,
-    TooNearError,
-    UncertainError,
     teach_belt,
     teach_camera,
     teach_gripper,
@@ -87,7 +85,7 @@ def _solved(
     """Solve with ``new`` observations, and keep them if they fit."""
     try:
         taught = solve([*kept, *new])
-    except (TooFewError, TooNearError, UncertainError):
+    except NotEnoughError:
         kept.extend(new)
         raise
     kept.extend(new)
