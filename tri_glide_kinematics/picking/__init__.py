@@ -8,7 +8,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.belt import BeltMotion as BeltMotion
     from tri_glide_kinematics.picking.belt import BeltState as BeltState
     from tri_glide_kinematics.picking.belt import BeltUnknownError as BeltUnknownError
-    from tri_glide_kinematics.picking.lessons import Lessons as Lessons
     from tri_glide_kinematics.picking.order import Choice as Choice
     from tri_glide_kinematics.picking.order import CycleTimes as CycleTimes
     from tri_glide_kinematics.picking.order import Pick as Pick
@@ -38,6 +37,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.simulated import SimulatedGripper as SimulatedGripper
     from tri_glide_kinematics.picking.simulated import SimulatedPart as SimulatedPart
     from tri_glide_kinematics.picking.simulated import laid_parts as laid_parts
+    from tri_glide_kinematics.picking.teaching import Lessons as Lessons
     from tri_glide_kinematics.picking.teaching import NotEnoughError as NotEnoughError
     from tri_glide_kinematics.picking.teaching import Observed as Observed
     from tri_glide_kinematics.picking.teaching import TaughtBelt as TaughtBelt
