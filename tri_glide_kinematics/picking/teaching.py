@@ -130,12 +130,13 @@ class TaughtGripper:
 
 @dataclass(frozen=True)
 class TaughtCamera:
-    """The place of a camera in the frame of the machine.
+    """The place of a camera in the frame of the machine, and how late its stamps are.
 
     Attributes:
         position: of the origin of the camera's frame [m].
         roll_pitch_yaw: turns about the fixed axes x, y, z, one after the other, as in URDF [rad].
         scale: of a unit of the camera [m]: 1 for one that tells metres, and means them.
+        latency: by which the stamp of a picture is late [s].
         deviation: of a place that the camera tells, along the axis where it is largest, and at that
             of the taught parts where it is largest [m].
     """
@@ -143,6 +144,7 @@ class TaughtCamera:
     position: Vector3
     roll_pitch_yaw: Vector3
     scale: float = 1.0
+    latency: float = 0.0
     deviation: float = math.nan
 
     def place_of(self, seen: Vector3) -> Vector3:
@@ -272,7 +274,7 @@ def teach_camera(
     deviation *= math.sqrt(variance)
     NotEnoughError.at_most("deviation of a place by the camera", deviation, allowed, " m")
     position = three(center - scale * rotation @ seen_center)
-    return TaughtCamera(position, _roll_pitch_yaw(rotation), scale, deviation)
+    return TaughtCamera(position, _roll_pitch_yaw(rotation), scale, latency, deviation)
 
 
 def teach_gripper(
