@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.picker import Picker as Picker
     from tri_glide_kinematics.picking.picker import PickSettings as PickSettings
     from tri_glide_kinematics.picking.picker import Renewal as Renewal
-    from tri_glide_kinematics.picking.places import NoPlaceError as NoPlaceError
     from tri_glide_kinematics.picking.places import Place as Place
     from tri_glide_kinematics.picking.places import Places as Places
     from tri_glide_kinematics.picking.places import grid as grid
