@@ -143,7 +143,7 @@ def picker_of(values: Values, times: WayTimes) -> Picker:
         values["allowed_error"],
     )
     is_fixed = values["is_never_full"] and len(positions) == 1
-    order = PickOrder(direction, lambda _: (first, last), times)
+    order = PickOrder(direction, (first, last), times)
     return Picker(belt, parts, order, Places(positions, is_fixed=is_fixed), settings)
 
 
