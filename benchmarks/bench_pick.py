@@ -90,7 +90,7 @@ def placed(parts: Stream) -> BoolArray:
         half = float(half_cycle(position[0], position[1], velocity))
         return CycleTimes(half, half + 2.0 * DWELL)
 
-    order = PickOrder((1.0, 0.0, 0.0), lambda position: WINDOW, cycle)
+    order = PickOrder((1.0, 0.0, 0.0), WINDOW, cycle)
     starts = WINDOW[0] - speed * parts.times
     waiting: dict[int, Vector3] = {}
     coming = np.argsort(-parts.seen).tolist()

@@ -93,7 +93,7 @@ class Cell:
         self.heights = MACHINE.inverse(PLACE)
         self._sent: deque[tuple[float, Vector3]] = deque()
         self.ways = WayTimes(PLACE, self.first_way, self.settings.dwells)
-        order = PickOrder(self.belt.direction, lambda _: WINDOW, self.ways)
+        order = PickOrder(self.belt.direction, WINDOW, self.ways)
         known = Parts(self.belt.direction, noise=max(self.noise, 1e-4))
         belt = BeltMotion(self.encoder_step)
         self.picker = Picker(belt, known, order, self.places, self.settings)

@@ -7,31 +7,15 @@ import pytest
 from soak import many, seed
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError
-from tri_glide_kinematics.picking import BeltMotion, BeltUnknownError
+from tri_glide_kinematics.picking import BeltMotion, BeltUnknownError, SimulatedBelt
 
 PERIOD = 0.01  # s
 STEP = 5e-5  # m
 
 
-class Belt:
-    """A belt with known changes of its velocity [m/s], each at a time and an acceleration."""
-
-    def __init__(self, velocity, *changes):
-        self.phases = [(0.0, 0.0, velocity, 0.0)]
-        for begin, acceleration, wanted in changes:
-            _, velocity = self.at(begin)
-            self.phases.append((begin, self.at(begin)[0], velocity, acceleration))
-            end = begin + (wanted - velocity) / acceleration
-            self.phases.append((end, self.at(end)[0], wanted, 0.0))
-
-    def at(self, time):
-        """Return position and velocity."""
-        begin, position, velocity, acceleration = max(
-            phase for phase in self.phases if phase[0] <= time
-        )
-        dt = time - begin
-        moved = (velocity + 0.5 * acceleration * dt) * dt
-        return position + moved, velocity + acceleration * dt
+def belt_of(speed, *changes):
+    """Return a belt that runs along x."""
+    return SimulatedBelt((1.0, 0.0, 0.0), speed, changes)
 
 
 def counted(position, step=STEP):
@@ -49,7 +33,7 @@ def told(motion, belt, begin, end, period=PERIOD, step=STEP):
 def test_a_steady_belt_is_foreseen_within_little_more_than_a_step_of_its_encoder():
     drawn = random.Random(seed(1))
     for _ in range(many(40)):
-        step, belt = drawn.choice((STEP, 2 * STEP)), Belt(drawn.uniform(0.05, 0.5))
+        step, belt = drawn.choice((STEP, 2 * STEP)), belt_of(drawn.uniform(0.05, 0.5))
         motion, begin = BeltMotion(), drawn.uniform(0.0, PERIOD)
         told(motion, belt, begin, 1.5, step=step)
         for ahead in (0.02, 0.3, 0.8):
@@ -61,10 +45,7 @@ def test_a_steady_belt_is_foreseen_within_little_more_than_a_step_of_its_encoder
 def test_a_belt_that_speeds_up_without_notice_is_foreseen_until_the_grip(speed, wanted):
     drawn = random.Random(seed(2))
     begin = 1.5 + drawn.uniform(0.0, PERIOD)
-    belt, motion = (
-        Belt(speed, (begin, math.copysign(0.2, wanted - speed), wanted)),
-        BeltMotion(STEP),
-    )
+    belt, motion = belt_of(speed, (begin, wanted, 0.2)), BeltMotion(STEP)
     told(motion, belt, 0.0, 1.4)
     worst = steady = 0.0
     for number in range(140, 280):
@@ -82,17 +63,14 @@ def test_a_belt_that_speeds_up_without_notice_is_foreseen_until_the_grip(speed, 
 @pytest.mark.parametrize("changes", [(0.3, 0.0), (0.0, 0.3), (0.3, -0.3), (0.05, 0.06)])
 def test_a_belt_that_changes_its_speed_at_once_is_noticed_within_50_ms(changes):
     before, after = changes
-    belt, motion = (
-        Belt(before, (1.503, math.copysign(1e6, after - before), after)),
-        BeltMotion(STEP),
-    )
+    belt, motion = belt_of(before, (1.503, after, 1e6)), BeltMotion(STEP)
     assert not any(told(motion, belt, 0.0, 1.56))
     assert abs(motion.at(1.56).velocity - after) < 3e-3
     assert abs(motion.at(1.503).position - belt.at(1.503)[0]) < 1.5e-3
 
 
 def test_a_belt_that_slows_down_is_foreseen_to_stop_and_not_to_turn_round():
-    belt, motion = Belt(0.2, (1.0, -0.2, 0.0)), BeltMotion(STEP)
+    belt, motion = belt_of(0.2, (1.0, 0.0, 0.2)), BeltMotion(STEP)
     told(motion, belt, 0.0, 1.6)
     state = motion.at(10.0)
     assert (state.velocity, state.acceleration) == (0.0, 0.0)
@@ -101,12 +79,12 @@ def test_a_belt_that_slows_down_is_foreseen_to_stop_and_not_to_turn_round():
 
 
 def test_the_past_is_kept_for_three_seconds_and_what_is_not_known_is_refused():
-    belt, motion = Belt(0.1, (2.0, 1.0, 0.5)), BeltMotion(STEP)
+    belt, motion = belt_of(0.1, (2.0, 0.5, 1.0)), BeltMotion(STEP)
     with pytest.raises(BeltUnknownError, match="no report"):
         motion.at(0.0)
     told(motion, belt, 0.0, 6.0)
     for time in (2.99, 3.001, 4.4567, 5.98, 5.9899):
-        position, velocity = belt.at(time)
+        position, velocity, _ = belt.at(time)
         assert motion.at(time).position == pytest.approx(position, abs=STEP)
         assert motion.at(time).velocity == pytest.approx(velocity, abs=2e-3)
     with pytest.raises(BeltUnknownError, match=r"time = 0\.5 s"):
@@ -119,7 +97,7 @@ def test_the_past_is_kept_for_three_seconds_and_what_is_not_known_is_refused():
 
 
 def test_a_silent_encoder_is_told_and_what_comes_late_or_twice_changes_nothing():
-    belt, motion = Belt(0.25), BeltMotion(STEP)
+    belt, motion = belt_of(0.25), BeltMotion(STEP)
     assert motion.is_silent(0.0)
     told(motion, belt, 0.0, 1.0)
     assert not motion.is_silent(1.05) and motion.is_silent(1.15)
@@ -132,11 +110,8 @@ def test_a_silent_encoder_is_told_and_what_comes_late_or_twice_changes_nothing()
 
 
 def test_a_counter_that_wraps_does_not_jump_and_a_long_silence_of_it_is_one():
-    wrap, belt, motion = (
-        1024 * STEP,
-        Belt(0.5, (1.0, -2.0, -0.5)),
-        BeltMotion(STEP, wrap=1024 * STEP),
-    )
+    wrap, belt = 1024 * STEP, belt_of(0.5, (1.0, -0.5, 2.0))
+    motion = BeltMotion(STEP, wrap)
     for number in range(300):
         time = number * PERIOD
         assert not motion.report(time, counted(belt.at(time)[0]) % wrap)
@@ -149,16 +124,11 @@ def test_wild_motions_are_no_jumps_and_each_jump_is_told_with_the_next_report():
     drawn = random.Random(seed(3))
     for _ in range(many(40)):
         speed, wanted = drawn.uniform(-0.6, 0.6), drawn.choice((0.0, drawn.uniform(-0.6, 0.6)))
-        size = math.copysign(drawn.choice((0.2, 5.0, 1e6)), wanted - speed)
-        belt, motion = (
-            Belt(speed, (0.5 + drawn.uniform(0.0, PERIOD), size, wanted)),
-            BeltMotion(STEP),
-        )
+        change = 0.5 + drawn.uniform(0.0, PERIOD), wanted, drawn.choice((0.2, 5.0, 1e6))
+        belt, motion = belt_of(speed, change), BeltMotion(STEP)
         # Soon after the change, too.
-        number, by = (
-            drawn.choice((30, 54, 56, 60, 90)),
-            drawn.choice((-1, 1)) * drawn.uniform(0.003, 2),
-        )
+        number = drawn.choice((30, 54, 56, 60, 90))
+        by = drawn.choice((-1, 1)) * drawn.uniform(0.003, 2)
         time, told_at = 0.0, []
         for count in range(100):
             time += PERIOD * (1 + (drawn.random() < 0.02)) + drawn.uniform(-0.002, 0.002)
@@ -169,7 +139,7 @@ def test_wild_motions_are_no_jumps_and_each_jump_is_told_with_the_next_report():
 
 
 def test_one_wrong_report_moves_no_forecast_and_after_a_jump_the_time_before_is_unknown():
-    belt, motion = Belt(0.25), BeltMotion(STEP)
+    belt, motion = belt_of(0.25), BeltMotion(STEP)
     told(motion, belt, 0.0, 1.0)
     assert not motion.report(1.0, 0.0)
     assert motion.at(1.6).position == pytest.approx(belt.at(1.6)[0], abs=STEP)

@@ -23,7 +23,7 @@ def cycle(position, velocity):
     return CycleTimes(half, half + 0.1)
 
 
-ORDER = PickOrder(FORWARDS, lambda position: (FIRST, LAST), cycle)
+ORDER = PickOrder(FORWARDS, (FIRST, LAST), cycle)
 
 
 def chosen(parts, velocity=SPEED, order=ORDER, now=5.0, free_at=5.0, belt=2.0):
@@ -127,15 +127,10 @@ def test_a_belt_that_is_not_parallel_to_an_axis_is_no_other_belt():
     def cycle_there(position, velocity):
         return cycle((dot(position, turned), dot(position, side), 0.0), velocity)
 
-    order = PickOrder(turned, lambda position: (FIRST, LAST), cycle_there)
+    order = PickOrder(turned, (FIRST, LAST), cycle_there)
     picks = []
     for each, across in ((ORDER, (0.0, 1.0, 0.0)), (order, side)):
         parts = [combined(x, each.direction, y, across) for x, y in ((-0.2, 0.05), (0.0, -0.05))]
         picks.append(chosen(parts, order=each).pick)
     assert picks[0].part == picks[1].part
     assert picks[0].grip_at == pytest.approx(picks[1].grip_at, abs=1e-9)
-
-
-def test_a_part_beside_which_there_is_no_window_is_never_picked_and_passed_on_at_its_end():
-    order = PickOrder(FORWARDS, lambda at: (FIRST, LAST) if at[1] < 0.1 else (0.0, -0.01), cycle)
-    assert chosen([(-0.1, 0.15, 0.0), (0.0, 0.15, 0.0)], order=order) == (None, (1,))

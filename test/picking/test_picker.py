@@ -99,7 +99,7 @@ class Cell:
         view = (-0.6, -0.2)
         self.camera = SimulatedCamera("", self.belt, self.parts, view, Readings(30.0, 0.15))
         cycle = CycleTimes(TRAVEL + 0.05, TRAVEL + 0.07)
-        order = PickOrder(ALONG, lambda _: (-0.12, 0.12), lambda *_: cycle)
+        order = PickOrder(ALONG, (-0.12, 0.12), lambda *_: cycle)
         self.places = places or Places([(0.0, 0.2, 0.0)], is_fixed=True)
         parts = Parts(ALONG)
         self.picker = Picker(BeltMotion(5e-5), parts, order, self.places, SETTINGS)

@@ -397,7 +397,7 @@ class PickNode(Node):
                 self._unusable.add("a part was seen at a place that is no number")
                 continue
             try:
-                place = camera.place.place_of(seen)
+                place = camera.place_of(seen)
                 name = message.header.frame_id
                 self._picker.see(Sighting(then, place, part.kind, part.id, part.angle, name))
             except KinematicsError as error:
@@ -498,10 +498,9 @@ class PickNode(Node):
             raise RefusedMessageError(f"what = {what!r} must be {names}")
         view = self._last_view(self._views)
         known = self._cameras[view.camera]
-        place = lessons.part(view.camera, view.observed, touch, belt, known.latency)
-        text = f"place of {view.camera}: {vector_text(place.position)} m"
-        changed = replaced_camera(values, view.camera, replace(known, place=place))
-        return changed, _within(text, place.deviation)
+        camera = lessons.part(view.camera, view.observed, touch, belt, known.latency)
+        text = f"place of {view.camera}: {vector_text(camera.position)} m"
+        return replaced_camera(values, view.camera, camera), _within(text, camera.deviation)
 
     @staticmethod
     def _last_view(views: Sequence[_View]) -> _View:

@@ -8,7 +8,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.belt import BeltMotion as BeltMotion
     from tri_glide_kinematics.picking.belt import BeltState as BeltState
     from tri_glide_kinematics.picking.belt import BeltUnknownError as BeltUnknownError
-    from tri_glide_kinematics.picking.lessons import Lessons as Lessons
     from tri_glide_kinematics.picking.order import Choice as Choice
     from tri_glide_kinematics.picking.order import CycleTimes as CycleTimes
     from tri_glide_kinematics.picking.order import Pick as Pick
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.picker import Picker as Picker
     from tri_glide_kinematics.picking.picker import PickSettings as PickSettings
     from tri_glide_kinematics.picking.picker import Renewal as Renewal
-    from tri_glide_kinematics.picking.places import NoPlaceError as NoPlaceError
     from tri_glide_kinematics.picking.places import Place as Place
     from tri_glide_kinematics.picking.places import Places as Places
     from tri_glide_kinematics.picking.places import grid as grid
@@ -39,17 +37,14 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.simulated import SimulatedGripper as SimulatedGripper
     from tri_glide_kinematics.picking.simulated import SimulatedPart as SimulatedPart
     from tri_glide_kinematics.picking.simulated import laid_parts as laid_parts
-    from tri_glide_kinematics.picking.teaching import MirrorImageError as MirrorImageError
-    from tri_glide_kinematics.picking.teaching import NoFitError as NoFitError
+    from tri_glide_kinematics.picking.teaching import Lessons as Lessons
+    from tri_glide_kinematics.picking.teaching import NotEnoughError as NotEnoughError
     from tri_glide_kinematics.picking.teaching import Observed as Observed
     from tri_glide_kinematics.picking.teaching import TaughtBelt as TaughtBelt
     from tri_glide_kinematics.picking.teaching import TaughtCamera as TaughtCamera
     from tri_glide_kinematics.picking.teaching import TaughtGripper as TaughtGripper
     from tri_glide_kinematics.picking.teaching import TaughtLatency as TaughtLatency
     from tri_glide_kinematics.picking.teaching import TeachingError as TeachingError
-    from tri_glide_kinematics.picking.teaching import TooFewError as TooFewError
-    from tri_glide_kinematics.picking.teaching import TooNearError as TooNearError
-    from tri_glide_kinematics.picking.teaching import UncertainError as UncertainError
     from tri_glide_kinematics.picking.teaching import teach_belt as teach_belt
     from tri_glide_kinematics.picking.teaching import teach_camera as teach_camera
     from tri_glide_kinematics.picking.teaching import teach_gripper as teach_gripper

@@ -83,13 +83,13 @@ class PickOrder:
 
     Attributes:
         direction: in which the belt ordinarily runs. Unit vector.
-        window: of a position in the frame of the machine [m], the first and the last way along
-            ``direction`` [m] at which a part beside it can be gripped.
+        window: the first and the last way along ``direction`` at which parts can be gripped, in
+            the frame of the machine [m].
         cycle: of the position of a grip [m] and the velocity of the belt [m/s], its times.
     """
 
     direction: Vector3
-    window: Callable[[Vector3], tuple[float, float]]
+    window: tuple[float, float]
     cycle: Callable[[Vector3, float], CycleTimes]
 
     def choose(
@@ -109,11 +109,10 @@ class PickOrder:
         """
         free_at = max(free_at, now)
         velocity = belt[1] if abs(belt[1]) > SLOWEST else 0.0
-        arrivals, passed = [], []
+        arrivals, passed, (first, last) = [], [], self.window
         for number, position in parts.items():
             here = combined(1.0, position, belt[0], self.direction)
             way = dot(here, self.direction)
-            first, last = self.window(here)
             since, until = now, math.inf if first <= way <= last else -math.inf
             if velocity:
                 ends = (first, last) if velocity > 0.0 else (last, first)

@@ -30,8 +30,7 @@ DOUBTFUL = 1.5
 NEWEST = 2
 
 # A part has moved where the mean of so many of the newest views of a camera is off that of the
-# others by more than this many times its noise. After that it lies still as soon as there are twice
-# as many views, and they agree.
+# others by more than this many times its noise.
 COMPARED = 3
 MOVED = 5.0
 
@@ -92,7 +91,6 @@ class Part:
         position: mean of the views, in the frame of the belt. Shape (3,) [m].
         newest: mean of the newest views. Shape (3,) [m].
         is_doubtful: whether it was seen once only, and may be noise of another part.
-        has_moved: whether it was seen to move on the belt.
         is_taken: whether it is being picked: so it stays, where two are found to be one, and is not
             lost with the others.
         outcome: None until it has one.
@@ -105,7 +103,7 @@ class Part:
         self.number, self.is_doubtful = number, is_doubtful
         self.views: list[Sighting] = []
         self.position = self.newest = (0.0, 0.0, 0.0)
-        self.has_moved = self.is_taken = False
+        self.is_taken = False
         self.outcome: PartOutcome | None = None
         self.text = ""
         self.ended = -math.inf
@@ -122,16 +120,6 @@ class Part:
             sum(math.sin(view.angle) for view in self.views),
             sum(math.cos(view.angle) for view in self.views),
         )
-
-    @property
-    def identities(self) -> set[str]:
-        """What cameras have called it."""
-        return {view.identity for view in self.views} - {""}
-
-    @property
-    def lies_still(self) -> bool:
-        """Whether it does not move on the belt, as far as it was seen of late."""
-        return not self.has_moved or len(self.views) >= 2 * COMPARED
 
     def distance(self, place: Vector3) -> float:
         """Return how far from a ``place`` it was seen last, in x and y [m]."""
@@ -159,7 +147,6 @@ class Part:
         if len(others) >= COMPARED:
             way = dist(mean(newest)[:2], mean(others)[:2])
             if way > MOVED * noise * math.sqrt(1.0 / len(newest) + 1.0 / len(others)):
-                self.has_moved = True
                 self.views = [view for view in self.views if view.time >= newest[0].time]
         del self.views[:-MOST_VIEWS]
         self.position, self.newest = mean(self.views), mean(self.views[-NEWEST:])

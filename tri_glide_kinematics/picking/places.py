@@ -6,17 +6,8 @@ import heapq
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
+from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.vectors import Vector3, combined, plus
-
-
-class NoPlaceError(KinematicsError):
-    """A part is to be put down, and all places are full."""
-
-    def __init__(self, count: int) -> None:
-        """Store how many places there are."""
-        super().__init__(f"no place is left: all {count} are full or taken")
-        self.count = count
 
 
 class Place(NamedTuple):
@@ -74,13 +65,7 @@ class Places:
         return not self._free
 
     def take(self) -> Place:
-        """Return the first free place, which is taken from now on.
-
-        Raises:
-            NoPlaceError: if there is none.
-        """
-        if not self._free:
-            raise NoPlaceError(len(self._positions))
+        """Return the first free place, of which there has to be one; it is taken from now on."""
         index = self._free[0] if self._is_fixed else heapq.heappop(self._free)
         return Place(index, self._positions[index])
 

@@ -16,6 +16,9 @@ from tri_glide_kinematics.vectors import Vector3, combined, dot, minus, plus
 # Part of a count of an encoder by which rounding may leave a place below the count that it is at.
 ROUNDING = 1e-6
 
+# Distance of parts along the belt, at least, where it is at random [m].
+LEAST_SPACING = 0.015
+
 # A part that is lost on the way is lost so soon, at most [s].
 LOST_WITHIN = 0.3
 
@@ -92,9 +95,7 @@ def laid_parts(
     *,
     first: Vector3,
     width: float = 0.0,
-    burst: int = 1,
     at_random: bool = False,
-    least: float = 0.015,
     seed: int = 1,
 ) -> list[SimulatedPart]:
     """Return parts on a ``belt``, one behind the other.
@@ -105,9 +106,7 @@ def laid_parts(
         spacing: mean distance along the belt [m].
         first: where the first one lies, but for the width. Shape (3,) [m].
         width: of what they lie on at random, across the belt [m].
-        burst: how many follow each other at the ``least`` distance, before a longer one.
-        at_random: whether the distances are at random, none below the ``least``.
-        least: distance along the belt [m].
+        at_random: whether the distances are at random, none below ``LEAST_SPACING``.
         seed: of what is at random.
     """
     drawn, behind, parts = random.Random(seed), 0.0, []
@@ -116,8 +115,8 @@ def laid_parts(
         aside = width * (drawn.random() - 0.5)
         place = combined(-behind, belt.direction, aside, (-y, x, 0.0))
         parts.append(SimulatedPart(number, plus(first, place)))
-        further = drawn.expovariate(1.0) if at_random else burst * (not (number + 1) % burst)
-        behind += least + (spacing - least) * further
+        further = drawn.expovariate(1.0) if at_random else 1.0
+        behind += LEAST_SPACING + (spacing - LEAST_SPACING) * further
     return parts
 
 

@@ -12,9 +12,10 @@ It grows with how near to each other the observations are. One that is too large
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -24,6 +25,9 @@ from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.wording import number_text
+
+Item = TypeVar("Item")
+Taught = TypeVar("Taught")
 
 # Standard deviation of a touch, or of a part that is seen, along each axis [m].
 NOISE = 0.0002
@@ -36,51 +40,34 @@ MIRROR_RATIO = 3.0
 
 
 class TeachingError(KinematicsError):
-    """Observations from which nothing can be taught.
+    """An observation contradicts the others: another mark or part, or a picture in a mirror.
 
     Attributes:
         value: the number that is wrong.
-        bound: that it breaks.
+        bound: that it breaks, in words.
     """
 
-    side = "at most"
-
-    def __init__(self, what: str, value: float, bound: float, unit: str = "") -> None:
+    def __init__(self, what: str, value: float, bound: str, unit: str = "") -> None:
         """Store the ``value`` of ``what``, in words, and its ``bound``, both in a ``unit``."""
-        text = number_text(value, 3, 0.0)
-        super().__init__(f"{what}: {text}{unit}, {self.side} {bound:g}{unit}")
+        super().__init__(f"{what}: {number_text(value, 3, 0.0)}{unit}, {bound}{unit}")
         self.value = value
         self.bound = bound
 
     @classmethod
-    def check(cls, what: str, value: float, bound: float, unit: str = "") -> None:
-        """Raise this error if a ``value`` breaks its ``bound``, as NaN does."""
-        if not (value <= bound if cls.side == "at most" else value >= bound):
-            raise cls(what, value, bound, unit)
+    def at_most(cls, what: str, value: float, bound: float, unit: str = "") -> None:
+        """Raise this error if a ``value`` is above its ``bound``, or NaN."""
+        if not value <= bound:
+            raise cls(what, value, f"at most {bound:g}", unit)
 
 
-class TooFewError(TeachingError):
-    """There are fewer observations than are needed."""
+class NotEnoughError(TeachingError):
+    """Observations are too few, too much alike or too uncertain: more are needed, farther apart."""
 
-    side = "at least"
-
-
-class TooNearError(TeachingError):
-    """Observations are too much alike: marks in one place, parts on one line, one speed."""
-
-    side = "at least"
-
-
-class NoFitError(TeachingError):
-    """An observation contradicts the others: another mark or part, or not by this belt."""
-
-
-class MirrorImageError(TeachingError):
-    """A camera tells places as a mirror shows them, so that no turn brings them to the machine."""
-
-
-class UncertainError(TeachingError):
-    """The deviation of a result is too large: it takes more observations, farther apart."""
+    @classmethod
+    def at_least(cls, what: str, value: float, bound: float, unit: str = "") -> None:
+        """Raise this error if a ``value`` is below its ``bound``, or NaN."""
+        if not value >= bound:
+            raise cls(what, value, f"at least {bound:g}", unit)
 
 
 @dataclass(frozen=True)
@@ -143,12 +130,13 @@ class TaughtGripper:
 
 @dataclass(frozen=True)
 class TaughtCamera:
-    """The place of a camera in the frame of the machine.
+    """The place of a camera in the frame of the machine, and how late its stamps are.
 
     Attributes:
         position: of the origin of the camera's frame [m].
         roll_pitch_yaw: turns about the fixed axes x, y, z, one after the other, as in URDF [rad].
         scale: of a unit of the camera [m]: 1 for one that tells metres, and means them.
+        latency: by which the stamp of a picture is late [s].
         deviation: of a place that the camera tells, along the axis where it is largest, and at that
             of the taught parts where it is largest [m].
     """
@@ -156,6 +144,7 @@ class TaughtCamera:
     position: Vector3
     roll_pitch_yaw: Vector3
     scale: float = 1.0
+    latency: float = 0.0
     deviation: float = math.nan
 
     def place_of(self, seen: Vector3) -> Vector3:
@@ -180,19 +169,18 @@ def teach_belt(
         allowed: the largest deviation.
 
     Raises:
-        TooFewError: if there are fewer than two.
-        TooNearError: if the mark was in about the same place, or the counts are the same.
-        NoFitError: if one is not on the line of the others, or not where its counts say.
-        UncertainError: if the deviation is above ``allowed``.
+        NotEnoughError: if there are fewer than two, the mark was in about the same place, the
+            counts are the same, or the deviation is above ``allowed``.
+        TeachingError: if one is not on the line of the others, or not where its counts say.
     """
     ways, runs, _ = (v - v.mean(axis=0) for v in _observed("touches of a mark", touches, 2))
     square = max(float(runs @ runs), SMALLEST)
     per_count = runs @ ways / square
     length = math.hypot(*per_count)
-    TooNearError.check("way between the touches", length * float(np.ptp(runs)), SPREAD, " m")
+    NotEnoughError.at_least("way between the touches", length * float(np.ptp(runs)), SPREAD, " m")
     deviation = _noise("touch", ways - np.outer(runs, per_count), 6, noise)
     deviation /= length * math.sqrt(square)
-    UncertainError.check("deviation of the belt as part of its way", deviation, allowed)
+    NotEnoughError.at_most("deviation of the belt as part of its way", deviation, allowed)
     return TaughtBelt(three(per_count / length), length, deviation)
 
 
@@ -213,21 +201,20 @@ def teach_latency(
         allowed: the largest deviation [s].
 
     Raises:
-        TooFewError: if there are fewer than four views.
-        TooNearError: if all are at about the same place of the belt or at the same speed, or the
-            speed changes with the place alone.
-        NoFitError: if a view is far from where the others say.
-        UncertainError: if the deviation is above ``allowed``.
+        NotEnoughError: if there are fewer than four views, all are at about the same place of the
+            belt or at the same speed, the speed changes with the place alone, or the deviation is
+            above ``allowed``.
+        TeachingError: if a view is far from where the others say.
     """
     places, ways, speeds = (v - v.mean(axis=0) for v in _observed("views of a part", views, 4))
     ways, speeds = belt.metres_per_count * ways, belt.metres_per_count * speeds
-    TooNearError.check("way of the belt between the views", float(np.ptp(ways)), SPREAD, " m")
+    NotEnoughError.at_least("way of the belt between the views", float(np.ptp(ways)), SPREAD, " m")
     square = float(ways @ ways)
     # What goes with the place tells nothing of the latency.
     slope = float(ways @ speeds) / square
     changes = speeds - slope * ways
     unlike = float(changes @ changes)
-    TooNearError.check("spread of the speeds at one place", changes.std(), SPREAD, " m/s")
+    NotEnoughError.at_least("spread of the speeds at one place", changes.std(), SPREAD, " m/s")
     per_speed = changes @ places / unlike
     per_metre = ways @ places / square - slope * per_speed
     along = per_metre / max(float(per_metre @ per_metre), SMALLEST)
@@ -235,7 +222,7 @@ def teach_latency(
     deviation = _noise("view", np.c_[places @ along - ways + latency * speeds], 3, noise)
     # Where speed and place go together, or the latency is long, d is not sure either.
     deviation *= math.sqrt((1.0 - latency * slope) ** 2 / unlike + latency**2 / square)
-    UncertainError.check("deviation of the latency", deviation, allowed, " s")
+    NotEnoughError.at_most("deviation of the latency", deviation, allowed, " s")
     return TaughtLatency(latency, deviation)
 
 
@@ -260,11 +247,10 @@ def teach_camera(
         allowed: the largest deviation [m].
 
     Raises:
-        TooFewError: if there are fewer than four.
-        TooNearError: if they lie almost on one line.
-        MirrorImageError: if they fit a mirror image much better.
-        NoFitError: if one is far from where the others say.
-        UncertainError: if the deviation is above ``allowed``.
+        NotEnoughError: if there are fewer than four, they lie almost on one line, or the deviation
+            is above ``allowed``.
+        TeachingError: if they fit a mirror image much better, or one is far from where the others
+            say.
     """
     (places, counts, _), (seen, seen_counts, rates) = (
         _observed("parts seen and touched", [part[side] for part in parts], 4) for side in (1, 0)
@@ -274,11 +260,11 @@ def teach_camera(
     center, seen_center, count = places.mean(axis=0), seen.mean(axis=0), len(places)
     ways, seen = places - center, seen - seen_center
     across = np.linalg.svd(ways, compute_uv=False)[1] / math.sqrt(count)
-    TooNearError.check("spread of the parts beside one line", across, SPREAD, " m")
+    NotEnoughError.at_least("spread of the parts beside one line", across, SPREAD, " m")
     rotation, scale, residuals = _turned(seen, ways)
     off, mirrored = (math.sqrt((r**2).mean()) for r in (residuals, _turned(-seen, ways)[2]))
     most = MIRROR_RATIO * max(mirrored, noise)
-    MirrorImageError.check("distance without a mirror (turn one axis round)", off, most, " m")
+    TeachingError.at_most("distance without a mirror (turn one axis round)", off, most, " m")
     deviation = _noise("part", residuals, 7, noise)
     # How a place moves with a turn about each axis, as rows. Shape (n, 3, 3).
     turns = np.cross(np.eye(3), ways[:, None])
@@ -286,9 +272,9 @@ def teach_camera(
     by_scale = ways[:, :, None] * ways[:, None] / float((ways**2).sum())
     variance = np.linalg.eigvalsh(np.eye(3) / count + by_turn @ turns + by_scale).max()
     deviation *= math.sqrt(variance)
-    UncertainError.check("deviation of a place by the camera", deviation, allowed, " m")
+    NotEnoughError.at_most("deviation of a place by the camera", deviation, allowed, " m")
     position = three(center - scale * rotation @ seen_center)
-    return TaughtCamera(position, _roll_pitch_yaw(rotation), scale, deviation)
+    return TaughtCamera(position, _roll_pitch_yaw(rotation), scale, latency, deviation)
 
 
 def teach_gripper(
@@ -305,15 +291,14 @@ def teach_gripper(
         allowed: the largest deviation [m].
 
     Raises:
-        TooFewError: if there are none.
-        NoFitError: if one is far from where the others say.
-        UncertainError: if the deviation is above ``allowed``.
+        NotEnoughError: if there are none, or the deviation is above ``allowed``.
+        TeachingError: if one is far from where the others say.
     """
-    TooFewError.check("touches of marks", len(touches), 1)
+    NotEnoughError.at_least("touches of marks", len(touches), 1)
     marks, platforms = np.swapaxes(finite_array("touches", touches, (None, 2, 3)), 0, 1)
     offset = (marks - platforms).mean(axis=0)
     deviation = _noise("touch", marks - platforms - offset, 3, noise) / math.sqrt(len(marks))
-    UncertainError.check("deviation of the gripper's point", deviation, allowed, " m")
+    NotEnoughError.at_most("deviation of the gripper's point", deviation, allowed, " m")
     return TaughtGripper(three(offset), deviation)
 
 
@@ -339,7 +324,7 @@ def _roll_pitch_yaw(rotation: FloatArray) -> Vector3:
 
 def _observed(what: str, observations: Sequence[Observed], least: int) -> list[FloatArray]:
     """Return positions (n, 3), counts (n,) and their rates (n,), checked."""
-    TooFewError.check(what, len(observations), least)
+    NotEnoughError.at_least(what, len(observations), least)
     rows = [(*one.position, one.counts, one.rate) for one in observations]
     numbers = finite_array(what, rows, (None, 5))
     return [numbers[:, :3], numbers[:, 3], numbers[:, 4]]
@@ -357,6 +342,75 @@ def _noise(what: str, residuals: FloatArray, unknowns: int, noise: float) -> flo
     distances = np.sqrt((residuals**2).sum(axis=1))
     worst = first_largest(distances)
     text = f"distance of {what} {worst + 1} from where the others say"
-    NoFitError.check(text, float(distances[worst]), FARTHEST, " m")
+    TeachingError.at_most(text, float(distances[worst]), FARTHEST, " m")
     free = max(residuals.size - unknowns, 1)
     return max(math.sqrt(float((residuals**2).sum()) / free), positive("noise", noise))
+
+
+class Lessons:
+    """Touches and views, by what they teach.
+
+    One that contradicts those before is not kept. Where it was those that were wrong, begin anew.
+    """
+
+    def __init__(self) -> None:
+        """Know none yet."""
+        self._marks: list[tuple[Vector3, Vector3]] = []
+        self._touches: list[Observed] = []
+        self._views: list[Observed] = []
+        self._parts: dict[str, list[tuple[Observed, Observed]]] = {}
+
+    def mark(self, mark: Vector3, platform: Vector3) -> TaughtGripper:
+        """Take in where the platform is while the gripper's point touches a known ``mark`` [m].
+
+        Raises:
+            TeachingError: if that is not enough, or does not fit.
+        """
+        return _solved(self._marks, [(mark, platform)], teach_gripper)
+
+    def belt(self, touch: Observed) -> TaughtBelt:
+        """Take in a ``touch`` of the mark on the belt.
+
+        Raises:
+            TeachingError: if that is not enough, or does not fit.
+        """
+        return _solved(self._touches, [touch], teach_belt)
+
+    def latency(self, views: Sequence[Observed], belt: TaughtBelt) -> TaughtLatency:
+        """Take in ``views`` of a part at one speed of the ``belt``, which was taught before.
+
+        Raises:
+            TeachingError: if that is not enough, or does not fit.
+        """
+        return _solved(self._views, views, lambda all_: teach_latency(all_, belt))
+
+    def part(
+        self, camera: str, view: Observed, touch: Observed, belt: TaughtBelt, latency: float
+    ) -> TaughtCamera:
+        """Take in a part that a ``camera`` has seen, and that was touched.
+
+        Args:
+            camera: its frame.
+            view: as it was seen.
+            touch: as it was touched, there or farther along the belt.
+            belt: taught before.
+            latency: of the camera [s].
+
+        Raises:
+            TeachingError: if that is not enough, or does not fit.
+        """
+        kept = self._parts.setdefault(camera, [])
+        return _solved(kept, [(view, touch)], lambda all_: teach_camera(all_, belt, latency))
+
+
+def _solved(
+    kept: list[Item], new: Sequence[Item], solve: Callable[[Sequence[Item]], Taught]
+) -> Taught:
+    """Solve with ``new`` observations, and keep them if they fit."""
+    try:
+        taught = solve([*kept, *new])
+    except NotEnoughError:
+        kept.extend(new)
+        raise
+    kept.extend(new)
+    return taught

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -35,7 +34,14 @@ from tri_glide_kinematics.vectors import Vector3, minus, scaled
 
 # What of the parameters is taught.
 TAUGHT = ("belt_direction", "metres_per_count", "gripper_point")
-TAUGHT_OF_CAMERAS = ("camera_places", "camera_turns", "camera_scales", "camera_latencies")
+
+# Of each camera so many numbers, in the order of ``TaughtCamera``.
+TAUGHT_OF_CAMERAS = {
+    "camera_places": 3,
+    "camera_turns": 3,
+    "camera_scales": 1,
+    "camera_latencies": 1,
+}
 
 # So late does a simulated encoder tell its position [s].
 ENCODER_DELAY = 0.002
@@ -46,19 +52,6 @@ STROKE, POWER, FIXED = 0.305, 0.5, 0.45
 
 # What a new time of a way counts in the mean of the factor by which ways are slower than foreseen.
 NEWEST = 0.2
-
-
-@dataclass(frozen=True)
-class Camera:
-    """Where a camera is, and how late its stamps are.
-
-    Attributes:
-        place: of its frame.
-        latency: of its stamps [s].
-    """
-
-    place: TaughtCamera
-    latency: float
 
 
 class WayTimes:
@@ -82,26 +75,24 @@ class WayTimes:
         return FIXED + (1.0 - FIXED) * float(stroke**POWER)
 
 
-def cameras_of(values: Values) -> dict[str, Camera]:
+def cameras_of(values: Values) -> dict[str, TaughtCamera]:
     """Return the cameras by their frames.
 
     Raises:
         ParameterError: if there are not as many numbers as cameras need.
     """
     names = values["cameras"]
-    for name, each in zip(TAUGHT_OF_CAMERAS, (3, 3, 1, 1)):
+    for name, each in TAUGHT_OF_CAMERAS.items():
         if len(values[name]) != each * len(names):
             raise ParameterError(
                 f"{name} has {len(values[name])} elements, expected {each * len(names)}: "
                 f"{each} for each of cameras"
             )
     return {
-        name: Camera(
-            TaughtCamera(
-                values["camera_places"][3 * index : 3 * index + 3],
-                values["camera_turns"][3 * index : 3 * index + 3],
-                values["camera_scales"][index],
-            ),
+        name: TaughtCamera(
+            values["camera_places"][3 * index : 3 * index + 3],
+            values["camera_turns"][3 * index : 3 * index + 3],
+            values["camera_scales"][index],
             values["camera_latencies"][index],
         )
         for index, name in enumerate(names)
@@ -130,16 +121,11 @@ def picker_of(values: Values, times: WayTimes) -> Picker:
     first, last = values["window"]
     if not first < last:
         raise ParameterError(f"window = ({first:g}, {last:g}) m must ascend")
-    if values["closing_time"] > values["part_dwell"]:
-        raise ParameterError(
-            f"closing_time = {values['closing_time']:g} s must be at most part_dwell, "
-            f"{values['part_dwell']:g} s"
-        )
-    if values["opening_time"] > values["place_dwell"]:
-        raise ParameterError(
-            f"opening_time = {values['opening_time']:g} s must be at most place_dwell, "
-            f"{values['place_dwell']:g} s"
-        )
+    for time, dwell in (("closing_time", "part_dwell"), ("opening_time", "place_dwell")):
+        if values[time] > values[dwell]:
+            raise ParameterError(
+                f"{time} = {values[time]:g} s must be at most {dwell}, {values[dwell]:g} s"
+            )
     direction, point = direction_of(values), values["gripper_point"]
     belt = BeltMotion(values["belt_resolution"], values["belt_wrap"], values["belt_timeout"])
     parts = Parts(direction, values["part_spacing"], values["view_noise"])
@@ -158,7 +144,7 @@ def picker_of(values: Values, times: WayTimes) -> Picker:
         values["allowed_error"],
     )
     is_fixed = values["is_never_full"] and len(positions) == 1
-    order = PickOrder(direction, lambda _: (first, last), times)
+    order = PickOrder(direction, (first, last), times)
     return Picker(belt, parts, order, Places(positions, is_fixed=is_fixed), settings)
 
 
@@ -210,19 +196,13 @@ def keep_taught(values: Values, file: Path) -> None:
     replace_file(file, f"# What pick_node was taught.\n{yaml.safe_dump(kept)}")
 
 
-def replaced_camera(values: Values, name: str, camera: Camera) -> dict[str, Any]:
+def replaced_camera(values: Values, name: str, camera: TaughtCamera) -> dict[str, Any]:
     """Return ``values`` with another place, or latency, of a camera."""
-    index = values["cameras"].index(name)
-    changed = dict(values)
-    for key, numbers, each in (
-        ("camera_places", camera.place.position, 3),
-        ("camera_turns", camera.place.roll_pitch_yaw, 3),
-        ("camera_scales", (camera.place.scale,), 1),
-        ("camera_latencies", (camera.latency,), 1),
-    ):
-        before = list(values[key])
-        before[each * index : each * (index + 1)] = numbers
-        changed[key] = tuple(before)
+    index, changed = values["cameras"].index(name), dict(values)
+    numbers = camera.position, camera.roll_pitch_yaw, (camera.scale,), (camera.latency,)
+    for (key, each), of_camera in zip(TAUGHT_OF_CAMERAS.items(), numbers):
+        all_ = values[key]
+        changed[key] = (*all_[: each * index], *of_camera, *all_[each * (index + 1) :])
     return changed
 
 
