@@ -278,13 +278,13 @@ def test_a_run_that_is_to_finish_places_what_it_has_begun():
 
 def test_a_machine_whose_cycles_come_late_is_told_anew_where_its_part_is_then():
     cell = started().run(lambda cell: cell.picker.target)
-    cell.run(lambda cell: cell.now > cell.machine.begin + 0.05)
-    cell.run(lambda cell: cell.now > cell.machine.motion.seen + 0.03)
-    told = cell.machine.motion.seen
-    cell.machine.begin += 0.05
+    machine, told = cell.machine, cell.machine.visits[-2][2]
+    cell.run(lambda cell: cell.now > told + 0.05)
+    assert machine.visits[-2][2] == told
+    machine.arrivals = [time + 0.05 for time in machine.arrivals]
     before = cell.now
     cell.run(lambda cell: cell.now > before + 2.0 * STEP)
-    assert cell.machine.motion.seen > told
+    assert machine.visits[-2][2] > told
 
 
 def test_no_more_parts_are_begun_than_are_wanted():
