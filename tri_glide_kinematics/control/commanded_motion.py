@@ -431,7 +431,7 @@ class CommandedMotion:
                 self._schedule(*new)
                 moving = [(i, each) for i, each in enumerate(command.stops) if each.moves]
                 self._told_station = (*moving[0], command.seen) if moving else None
-                self._behind = self._queue.present - self._engine.elapsed
+                self._behind = self._queue.behind
             if self._engine.is_paused:
                 self._tell_pause()
             else:
