@@ -191,6 +191,18 @@ def test_cycles_that_are_left_out_do_not_make_the_gripper_miss(phase, late, is_m
     assert cell.outputs or not is_met
 
 
+def test_after_cycles_that_were_left_out_the_next_station_is_met_and_not_the_last_one():
+    cell = Cell().cycles(partial(at, 0, 0.2))
+    cell.rig.now += 0.02
+    cell.seen = cell.rig.now
+    stops = Stop(BELT, 0.05, SPEED), Stop(HERE)
+    cell.goal = cell.controller.pursue(Transfer(stops, HEIGHT, seen=cell.seen, lifts=False))
+    cell.errors.clear()
+    cell.cycles(over)
+    assert cell.goal.outcome.code is GoalCode.SUCCEEDED
+    assert max(cell.errors) < 1e-5
+
+
 def test_a_cancelled_transfer_goes_up_from_the_part():
     cell = Cell().cycles(PHASES["descent"])
     cell.controller.cancel(cell.goal)

@@ -228,6 +228,16 @@ def test_while_the_encoder_is_silent_no_transfer_is_begun_and_one_is_given_up(be
     assert outcomes.count(PartOutcome.PLACED) >= 3
 
 
+def test_a_run_ends_when_the_belt_is_silent_for_long_and_does_not_begin_again():
+    cell = started(silences=[(1.95, 5.0)]).run(has_ended)
+    assert cell.now == pytest.approx(1.95 + 0.1 + 2.0, abs=0.1)
+    assert "not heard" in cell.picker.text
+    tasks = len(cell.tasks)
+    cell.run(lambda cell: cell.now > 7.0)
+    assert len(cell.tasks) == tasks
+    assert cell.gripper.held is None
+
+
 @pytest.mark.parametrize("time", [1.7, 1.95])
 def test_after_a_jump_of_the_encoder_only_what_the_gripper_holds_is_known(time):
     cell = started(jumps=[(time, 0.05)]).run(lambda cell: cell.now > time + 0.05)

@@ -114,6 +114,7 @@ class CommandQueue:
 
     Attributes:
         present: for when the present setpoint is [s].
+        behind: by how much it was ahead of the time of the engine when that got a command [s].
     """
 
     def __init__(
@@ -138,6 +139,7 @@ class CommandQueue:
         self._cycle = 0
         self._rests_first = False
         self._begun: Command | None = None
+        self.behind = 0.0
         # Makes the path that is begun, until the engine gets it.
         self._making: Interruptible[None] | None = None
         self._extensions: deque[Command] = deque()
@@ -340,6 +342,7 @@ class CommandQueue:
             self._making = command.making(engine.target if command.extends else None)
             if self._making is None:
                 command.has_turn(self._now, self._period, self.present)
+                self.behind = self.present - engine.elapsed
                 engine.carry_out(command)
         except KinematicsError as error:
             return error

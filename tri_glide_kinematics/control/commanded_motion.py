@@ -377,12 +377,13 @@ class CommandedMotion:
         """Tell what has been taken or refused with the setpoint that has just been made."""
         try:
             self._look_for_missed_stop()
-            if self._engine.transfer_progress is not None:
-                self._keep_in_time()
             # A plan that was ready begins with this setpoint.
             decided = self._queue.decided(self._states.state in ON_THE_WAY)
             if decided is not None:
                 self._note(decided)
+            # By the station of the plan that has begun, not of the one before.
+            if self._engine.transfer_progress is not None:
+                self._keep_in_time()
             if self._newest_target.due and self._scheduled != self._engine.plan_number:
                 self._schedule()
             refusal = self._engine.take_refusal()
@@ -430,7 +431,7 @@ class CommandedMotion:
                 self._schedule(*new)
                 moving = [(i, each) for i, each in enumerate(command.stops) if each.moves]
                 self._told_station = (*moving[0], command.seen) if moving else None
-                self._behind = self._queue.present - self._engine.elapsed
+                self._behind = self._queue.behind
             if self._engine.is_paused:
                 self._tell_pause()
             else:

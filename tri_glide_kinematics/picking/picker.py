@@ -45,6 +45,9 @@ GIVEN_UP_BEFORE = 0.05
 GOES_ON = (GoalCode.NOT_REACHED, GoalCode.REFUSED)
 
 
+# A run goes on after the encoder of the belt was silent, but not for longer than this [s].
+LONGEST_SILENCE = 2.0
+
 # Why a run ends that has placed as many as it was to.
 ALL_PLACED = "all are placed"
 
@@ -205,6 +208,8 @@ class Picker:
         self._left = math.inf
         self._stops: int | None = None
         self._looked = self._free_at = self._brakes_until = -math.inf
+        # When the belt was heard last in this run; infinite at its begin.
+        self._heard = math.inf
 
     def run(self, is_emptied: bool = False, count: int = 0) -> None:
         """Begin to pick parts.
@@ -221,6 +226,7 @@ class Picker:
         if not self.is_running:
             self.is_running, self.text = True, "picks parts"
             self._is_closed = self._waits = False
+            self._heard = math.inf
             self._stops, self._ends, self._left = None, "", count or math.inf
 
     @property
@@ -266,6 +272,10 @@ class Picker:
         for order in machine.passed:
             self._pass(order, now)
         self._watch_gripper(now, machine)
+        if math.isinf(self._heard) or not self._belt.is_silent(now):
+            self._heard = now
+        if now > self._heard + LONGEST_SILENCE:
+            self.finish(f"the belt is not heard for {LONGEST_SILENCE:g} s")
         if self.is_running and (reason := self._obstacle(now, machine)):
             self._end(now, reason)
         last = self._cycles[-1] if self._cycles else None
