@@ -128,20 +128,18 @@ class PartEvent(NamedTuple):
 
     Attributes:
         part: that has ended.
-        place: that was meant for it; None if it was never to be picked.
         error: distance from it to the gripper's point when that had closed; NaN if it had not [m].
         gripped: when the gripper had closed; infinite if it had not [s].
     """
 
     part: Part
-    place: Place | None = None
     error: float = math.nan
     gripped: float = math.inf
 
 
 @dataclass
 class _Cycle:
-    """A part on its way; attributes as in ``PartEvent``, whether it was felt, and its transfer."""
+    """A part on its way to a place; else as in ``PartEvent``, and whether it was felt."""
 
     part: Part
     place: Place
@@ -429,7 +427,7 @@ class Picker:
         """Give a part its outcome, if it has none, and tell it."""
         if cycle.part.outcome is None:
             self._parts.end(cycle.part, outcome, text, now)
-            self.events.append(PartEvent(cycle.part, cycle.place, cycle.error, cycle.gripped))
+            self.events.append(PartEvent(cycle.part, cycle.error, cycle.gripped))
 
     def _end_cycle(self, cycle: _Cycle, outcome: PartOutcome, text: str, now: float) -> None:
         """End the cycle of a part; if nothing was placed, its place is free again."""

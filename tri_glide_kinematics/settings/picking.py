@@ -6,7 +6,7 @@ import math
 import random
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
 
@@ -197,16 +197,10 @@ def replaced_camera(values: Values, name: str, camera: TaughtCamera) -> dict[str
     return changed
 
 
-class SimulatedCell(NamedTuple):
-    """What stands in for a belt with its encoder, a camera and a gripper."""
-
-    encoder: SimulatedEncoder
-    camera: SimulatedCamera
-    gripper: SimulatedGripper
-
-
-def simulated_cell_of(values: Values) -> SimulatedCell:
-    """Return a cell in which nothing has happened yet.
+def simulated_cell_of(
+    values: Values,
+) -> tuple[SimulatedEncoder, SimulatedCamera, SimulatedGripper]:
+    """Return what stands in for a belt with its encoder, a camera and a gripper.
 
     Raises:
         ParameterError: if parameters do not fit together.
@@ -230,7 +224,7 @@ def simulated_cell_of(values: Values) -> SimulatedCell:
     )
     step, reports = values["belt_resolution"], Readings(values["belt_messages"], ENCODER_DELAY)
     pictures = Readings(values["picture_rate"], values["picture_delay"], seed=seed)
-    return SimulatedCell(
+    return (
         SimulatedEncoder(belt, reports, step, round(values["belt_wrap"] / step)),
         SimulatedCamera(
             values["camera"],
