@@ -45,11 +45,11 @@ TAUGHT_OF_CAMERAS = {
 # So late does a simulated encoder tell its position [s].
 ENCODER_DELAY = 0.002
 
-# The time of a way changes with its length to this power, from a stroke of this length on, and a
-# part of it does not change at all.
-STROKE, POWER, FIXED = 0.305, 0.5, 0.45
+# For a stroke of this length, this part of the time is fixed; the rest grows with the length to
+# this power.
+STROKE, FIXED, POWER = 0.305, 0.45, 0.5
 
-# What a new time of a way counts in the mean of the factor by which ways are slower than foreseen.
+# Weight of a new time in the mean of the times of ways.
 NEWEST = 0.2
 
 
