@@ -38,7 +38,7 @@ PLANNED_BEFORE = 0.4
 # as its output was on the way [s].
 LATEST = 0.2
 
-# A run goes on after a transfer that has ended with one of these.
+# A run goes on after a transfer that has ended like that.
 GOES_ON = (GoalCode.NOT_REACHED, GoalCode.REFUSED)
 
 
