@@ -6,9 +6,7 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.picking.belt import BeltMotion as BeltMotion
-    from tri_glide_kinematics.picking.belt import BeltState as BeltState
     from tri_glide_kinematics.picking.belt import BeltUnknownError as BeltUnknownError
-    from tri_glide_kinematics.picking.order import Choice as Choice
     from tri_glide_kinematics.picking.order import CycleTimes as CycleTimes
     from tri_glide_kinematics.picking.order import Pick as Pick
     from tri_glide_kinematics.picking.order import PickOrder as PickOrder
@@ -26,10 +24,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.picker import Picker as Picker
     from tri_glide_kinematics.picking.picker import PickSettings as PickSettings
     from tri_glide_kinematics.picking.picker import Renewal as Renewal
-    from tri_glide_kinematics.picking.places import Place as Place
     from tri_glide_kinematics.picking.places import Places as Places
     from tri_glide_kinematics.picking.places import grid as grid
-    from tri_glide_kinematics.picking.simulated import Grip as Grip
     from tri_glide_kinematics.picking.simulated import Readings as Readings
     from tri_glide_kinematics.picking.simulated import SimulatedBelt as SimulatedBelt
     from tri_glide_kinematics.picking.simulated import SimulatedCamera as SimulatedCamera
@@ -42,8 +38,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.teaching import Observed as Observed
     from tri_glide_kinematics.picking.teaching import TaughtBelt as TaughtBelt
     from tri_glide_kinematics.picking.teaching import TaughtCamera as TaughtCamera
-    from tri_glide_kinematics.picking.teaching import TaughtGripper as TaughtGripper
-    from tri_glide_kinematics.picking.teaching import TaughtLatency as TaughtLatency
     from tri_glide_kinematics.picking.teaching import TeachingError as TeachingError
     from tri_glide_kinematics.picking.teaching import teach_belt as teach_belt
     from tri_glide_kinematics.picking.teaching import teach_camera as teach_camera

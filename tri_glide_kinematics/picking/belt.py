@@ -1,8 +1,8 @@
 """How a belt moves, by what its encoder reports: where it was, and where it will be.
 
-It moves as the line or the parabola through the reports of the longest time until now that such a
-curve fits. So what an encoder rounds off shakes a steady belt the less the longer it runs, and
-what was before a change of its speed is left out as soon as it does not fit any more.
+A line or a parabola is fitted to the newest reports, to as long a time as it fits. So rounding by
+the encoder matters the less, the longer a belt runs steadily; and reports from before a change of
+the speed are left out as soon as they do not fit any more.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from tri_glide_kinematics.wording import number_text
 HISTORY = 4.0
 LONGEST_FIT = 1.3
 
-# A time that a curve does not fit is cut to this part of it, down to so many reports for a line.
+# Reports that a curve does not fit are cut to this part of them, but a line has so many at least.
 SHORTER = 0.7
 FEWEST = 3
 
@@ -31,22 +31,22 @@ FEWEST = 3
 FEWEST_BENT = 6
 ENOUGH = 0.6
 
-# A curve fits where no report is off it by more than this many times the noise. Of all reports this
-# part tells the noise, as the others may be those at which the speed changes.
+# A curve fits if no report is farther from it than this many times the noise. The noise is taken
+# from this part of the reports: at the others, the speed may change.
 OFF, STEADY_PART = 3.4, 0.9
 
-# No belt is faster [m/s] or changes its speed faster [m/s^2], but where it is switched. An encoder
+# No belt is faster [m/s]; or changes its speed faster [m/s^2], unless it is switched. An encoder
 # that is off by so much more may have jumped [m].
 FASTEST = 2.0
 FASTEST_CHANGE = 10.0
 LEAST_JUMP = 1e-3
 
-# Of a report that was off, the next one says what it was, by how far it is off itself. Below this
-# part of that, the report was wrong. A jump is all of it. A new speed is all of it and more, by
-# the time that has gone on: here is half of what that is at least.
+# The next report decides about a doubted one, by how far it is off itself, as a part of how far
+# that was off. Below WRONG, the doubted report was wrong. After a jump it is 1. After a change of
+# speed it is more than 1, as time has passed: JUMPED is half of what is added at least.
 WRONG, JUMPED = 0.5, 0.5
 
-# The velocity in the past is a mean of so long before and behind [s].
+# The velocity in the past is the mean over so long before and after [s].
 AROUND = 0.03
 
 

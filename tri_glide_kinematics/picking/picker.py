@@ -21,21 +21,21 @@ from tri_glide_kinematics.picking.parts import Part, PartOutcome, Parts, Sightin
 from tri_glide_kinematics.picking.places import Place, Places
 from tri_glide_kinematics.vectors import Vector3, minus, plus, scaled
 
-# The motion of a part is told again if at the grip it will be elsewhere by this [m], but not before
-# this time is over [s].
+# The machine gets newer motion of a part if that moves the place of the grip by this [m], but not
+# more often than this [s].
 RENEWED_FROM = 2e-5
 RENEWED_AFTER = 0.02
 
-# While the machine is free it is looked so often for a part, and so often else for parts that have
-# passed [s].
+# Period of looking for a part while the machine is free, and for parts that have passed while it is
+# not [s].
 LOOKS_EACH = 0.02
 PASSES_EACH = 0.5
 
 # A transfer is given so long before it is to begin: it has to be planned [s].
 PLANNED_BEFORE = 0.4
 
-# Drives are late by this at most. So long after a transfer is given up nobody knows whether the
-# gripper will close [s].
+# Drives are late by this at most: so long after a transfer has failed, the gripper may still close,
+# as its output was on the way [s].
 LATEST = 0.2
 
 # A part is given up so long before the arrival at the latest, as that takes a moment [s].
@@ -142,20 +142,18 @@ class PartEvent(NamedTuple):
 
     Attributes:
         part: that has ended.
-        place: that was meant for it; None if it was never to be picked.
         error: distance from it to the gripper's point when that had closed; NaN if it had not [m].
         gripped: when the gripper had closed; infinite if it had not [s].
     """
 
     part: Part
-    place: Place | None = None
     error: float = math.nan
     gripped: float = math.inf
 
 
 @dataclass
 class _Cycle:
-    """A part on its way; attributes as in ``PartEvent``, whether it was felt, and its transfer."""
+    """A part on its way to a place; else as in ``PartEvent``, and whether it was felt."""
 
     part: Part
     place: Place
@@ -169,7 +167,7 @@ class Picker:
     """Picks and places, while a run goes on.
 
     Attributes:
-        is_running: whether it does.
+        is_running: whether a run goes on.
         text: what it does, or why the last run has ended.
         events: of parts that have ended; who tells them clears it.
     """
@@ -198,9 +196,9 @@ class Picker:
         # The last one is the present one; one before it is still to be released.
         self._cycles: list[_Cycle] = []
         self._given: Transfer | None = None
-        self._told: Renewal | None = None
-        # When the gripper was to close by the plan for that; NaN until this is known [s].
-        self._told_grip = math.nan
+        self._renewal: Renewal | None = None
+        # When the gripper closes by the plan for that motion; NaN until this is known [s].
+        self._planned_grip = math.nan
         self._gives_up = self._carries_on = self._waits = self._is_closed = False
         self._ends = ""
         self._failed = (-math.inf, "")
@@ -265,7 +263,7 @@ class Picker:
 
     def renewed(self, renewal: Renewal) -> None:
         """Note that the machine has taken a ``renewal``; it cannot while it is planning."""
-        self._told, self._told_grip = renewal, math.nan
+        self._renewal, self._planned_grip = renewal, math.nan
 
     def step(self, now: float, machine: Machine) -> Transfer | Renewal | GivingUp | None:
         """Return what is to be done ``now`` [s], as the ``machine`` is like that."""
@@ -376,13 +374,13 @@ class Picker:
                 return None
             self._gives_up = True
             return GivingUp(cycle.part.text)
-        told = self._told
-        if told is None or now < told.seen + RENEWED_AFTER or not now < grip < math.inf:
+        known = self._renewal
+        if known is None or now < known.seen + RENEWED_AFTER or not now < grip < math.inf:
             return None
-        if math.isnan(self._told_grip):
-            self._told_grip = grip
+        if math.isnan(self._planned_grip):
+            self._planned_grip = grip
         # A machine whose cycles come late is there later, but where the part was to be before.
-        meant = told.motion.after(self._told_grip - told.seen).position
+        meant = known.motion.after(self._planned_grip - known.seen).position
         there = minus(self._place_of(cycle.part, grip), self._settings.point)
         if math.dist(meant, there) < RENEWED_FROM:
             return None
@@ -458,7 +456,7 @@ class Picker:
         """Give a part its outcome, if it has none, and tell it."""
         if cycle.part.outcome is None:
             self._parts.end(cycle.part, outcome, text, now)
-            self.events.append(PartEvent(cycle.part, cycle.place, cycle.error, cycle.gripped))
+            self.events.append(PartEvent(cycle.part, cycle.error, cycle.gripped))
 
     def _end_cycle(self, cycle: _Cycle, outcome: PartOutcome, text: str, now: float) -> None:
         """End the cycle of a part; if nothing was placed, its place is free again."""

@@ -4,9 +4,9 @@ The order is gripper, belt, latency, camera: each is used by those after it. Who
 picks with the same point of the gripper, and types no place in the frame of the machine, can leave
 its offset at zero: it is in all touches alike.
 
-All are least squares. A deviation is a standard deviation: by what the residuals are, and at least
-by the ``noise`` of one observation, as a few that agree by chance are not better than each can be.
-It grows with how near to each other the observations are. One that is too large is refused.
+All are least squares. A deviation is a standard deviation: from the residuals, but at least from
+the ``noise`` of one observation, as a few that agree by chance are no better than each can be. The
+nearer to each other the observations are, the larger it is. One that is too large is refused.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Taught = TypeVar("Taught")
 
 # Standard deviation of a touch, or of a part that is seen, along each axis [m].
 NOISE = 0.0002
-# What is farther than this from where the others say is of another mark or part [m].
+# An observation farther than this from where the others say is of another mark or part [m].
 FARTHEST = 0.005
 # Marks, views and parts have to be spread at least so far [m], speeds of the belt so much [m/s].
 SPREAD = 0.01
@@ -210,7 +210,7 @@ def teach_latency(
     ways, speeds = belt.metres_per_count * ways, belt.metres_per_count * speeds
     NotEnoughError.at_least("way of the belt between the views", float(np.ptp(ways)), SPREAD, " m")
     square = float(ways @ ways)
-    # What goes with the place tells nothing of the latency.
+    # Changes of the speed that go with the place say nothing of the latency.
     slope = float(ways @ speeds) / square
     changes = speeds - slope * ways
     unlike = float(changes @ changes)
@@ -304,7 +304,7 @@ def teach_gripper(
 
 def _turned(seen: FloatArray, ways: FloatArray) -> tuple[FloatArray, float, FloatArray]:
     """Return the turn and scale that bring ``seen`` to ``ways``, both centred; the residuals."""
-    # It loads scipy, which who has taught parameters needs not.
+    # It loads scipy, which a cell that is taught already does not need.
     from tri_glide_kinematics.calibration.fit import placement
 
     rotation = placement(seen, ways).rotation

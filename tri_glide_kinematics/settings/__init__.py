@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.arguments import is_for as is_for
     from tri_glide_kinematics.settings.arguments import sections_of as sections_of
     from tri_glide_kinematics.settings.arguments import sources_of as sources_of
-    from tri_glide_kinematics.settings.picking import SimulatedCell as SimulatedCell
     from tri_glide_kinematics.settings.picking import WayTimes as WayTimes
     from tri_glide_kinematics.settings.picking import cameras_of as cameras_of
     from tri_glide_kinematics.settings.picking import checked as checked

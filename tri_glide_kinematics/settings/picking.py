@@ -6,7 +6,7 @@ import math
 import random
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
 
@@ -46,11 +46,11 @@ TAUGHT_OF_CAMERAS = {
 # So late does a simulated encoder tell its position [s].
 ENCODER_DELAY = 0.002
 
-# The time of a way changes with its length to this power, from a stroke of this length on, and a
-# part of it does not change at all.
-STROKE, POWER, FIXED = 0.305, 0.5, 0.45
+# For a stroke of this length, this part of the time is fixed; the rest grows with the length to
+# this power.
+STROKE, FIXED, POWER = 0.305, 0.45, 0.5
 
-# What a new time of a way counts in the mean of the factor by which ways are slower than foreseen.
+# Weight of a new time in the mean of the times of ways.
 NEWEST = 0.2
 
 
@@ -206,16 +206,10 @@ def replaced_camera(values: Values, name: str, camera: TaughtCamera) -> dict[str
     return changed
 
 
-class SimulatedCell(NamedTuple):
-    """What stands in for a belt with its encoder, a camera and a gripper."""
-
-    encoder: SimulatedEncoder
-    camera: SimulatedCamera
-    gripper: SimulatedGripper
-
-
-def simulated_cell_of(values: Values) -> SimulatedCell:
-    """Return a cell in which nothing has happened yet.
+def simulated_cell_of(
+    values: Values,
+) -> tuple[SimulatedEncoder, SimulatedCamera, SimulatedGripper]:
+    """Return what stands in for a belt with its encoder, a camera and a gripper.
 
     Raises:
         ParameterError: if parameters do not fit together.
@@ -239,7 +233,7 @@ def simulated_cell_of(values: Values) -> SimulatedCell:
     )
     step, reports = values["belt_resolution"], Readings(values["belt_messages"], ENCODER_DELAY)
     pictures = Readings(values["picture_rate"], values["picture_delay"], seed=seed)
-    return SimulatedCell(
+    return (
         SimulatedEncoder(belt, reports, step, round(values["belt_wrap"] / step)),
         SimulatedCamera(
             values["camera"],
