@@ -307,7 +307,7 @@ def test_a_place_where_the_platform_is_already_is_reached(in_pieces):
     moving.transfer([Stop(HOME, DWELL), Stop(HOME, DWELL)], HEIGHT, lifts=False)
     run_to_rest(moving)
     assert_rests_at(moving, HOME, 1e-6)
-    assert moving.elapsed > DWELL
+    assert moving.elapsed > 2.0 * DWELL
     assert math.dist(max(moving.places_since(0), key=lambda place: place[2]), HOME) < 1e-4
 
 
@@ -322,7 +322,7 @@ def test_without_the_proof_limits_would_be_exceeded(monkeypatch):
 
 
 def test_legs_that_do_not_join_are_refused():
-    first, second = plan(even((0.2, 0.0, 0.0))).legs
+    first, second, *_ = plan(even((0.2, 0.0, 0.0))).legs
     other, _ = plan(even((0.1, 0.0, 0.0))).legs
     TransferPlan((first, second))
     with pytest.raises(TransferError, match=r"legs do not join: .* at most 1e-06"):

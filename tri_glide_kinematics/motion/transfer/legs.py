@@ -19,13 +19,14 @@ import numpy as np
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import MotionError
-from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits
+from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import inside
 from tri_glide_kinematics.motion.path import PlatformPath, check_place
 from tri_glide_kinematics.motion.path_timing import PathPlanner
 from tri_glide_kinematics.motion.shaped import LimitBounds, Planned, SlowedPlan
 from tri_glide_kinematics.motion.tracking import MovingTarget
 from tri_glide_kinematics.motion.trajectory import (
+    CubicPlan,
     LinePlan,
     PathHeights,
     PathPlan,
@@ -286,6 +287,8 @@ class TransferPlanner:
         if lifts or before.moves:
             rest = 0.0 if before.moves else before.dwell
             legs.append((yield from self._lift(here, frame, rest, limits)))
+        elif before.dwell > 0.0:
+            legs.append(_stay(legs[-1], before.dwell))
         return TransferPlan(legs, wait=wait)
 
     def renewed(
@@ -807,6 +810,13 @@ class TransferPlanner:
         assert isinstance(first, PathPlan)
         scaling = TimeScaling.joined([part.scaling for part in parts if isinstance(part, PathPlan)])
         return PathPlan(first.heights, scaling)
+
+
+def _stay(leg: Leg, dwell: float) -> Leg:
+    """Return a rest of ``dwell`` seconds behind a ``leg``."""
+    heights = leg.plan.at(leg.plan.duration).heights
+    rest = CubicPlan(SliderState(heights, AT_REST, AT_REST), [[(dwell, 0.0)]] * 3)
+    return Leg(rest, leg.base, 0.0, 0.0, math.inf)
 
 
 def _time_for(way: float, speed: float, limits: SliderLimits) -> float:
