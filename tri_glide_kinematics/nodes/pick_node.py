@@ -545,6 +545,7 @@ class PickNode(Node):
             "all places are full": Pick.Result.SUCCEEDED,
             "cancelled": Pick.Result.CANCELED,
             "stopped by ~/stop": Pick.Result.STOPPED,
+            NODE_ENDS: Pick.Result.SHUTDOWN,
         }
         run.code, run.text = codes.get(text, Pick.Result.FAILED), text
 
