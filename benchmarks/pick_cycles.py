@@ -11,7 +11,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.tracking import MovingTarget
 from tri_glide_kinematics.motion.trajectory import PathPlan
-from tri_glide_kinematics.motion.transfer import Stop, TransferPlan, TransferPlanner
+from tri_glide_kinematics.motion.transfer import Station, TransferPlan, TransferPlanner
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
@@ -42,11 +42,11 @@ def ends(axis: int) -> tuple[Vector3, Vector3]:
     )
 
 
-def cycle(part: Stop, place: Vector3, tolerance: float) -> TransferPlan:
+def cycle(part: Station, place: Vector3, tolerance: float) -> TransferPlan:
     """Return the plan from a ``place`` to a ``part`` and back, with a dwell at each."""
     planner = TransferPlanner(REACH, LOW + UP, tolerance)
-    stops = [part, Stop(place)]
-    return at_once(planner.planned(place, stops, 0.0, LIMITS, wait=DWELL, lifts=False))
+    stations = [part, Station(place)]
+    return at_once(planner.planned(place, stations, 0.0, LIMITS, wait=DWELL, lifts=False))
 
 
 def _optimum_rows() -> Iterable[Row]:
@@ -54,7 +54,7 @@ def _optimum_rows() -> Iterable[Row]:
     for axis, tolerance in ((axis, tolerance) for axis in (0, 1) for tolerance in TOLERANCES):
         part, place = ends(axis)
         planner = TransferPlanner(REACH, LOW + UP, tolerance)
-        plan = at_once(planner.planned(place, [Stop(part)], 0.0, LIMITS, lifts=False))
+        plan = at_once(planner.planned(place, [Station(part)], 0.0, LIMITS, lifts=False))
         leg = plan.legs[0].plan
         assert isinstance(leg, PathPlan)
         what = (
@@ -81,7 +81,7 @@ def _belt_rows(axis: int, along: int) -> Iterable[Row]:
             met, moving = _met_in_the_middle(part, place, (*velocity,), tolerance)
             if moving is None:
                 continue
-            resting = cycle(Stop(met, DWELL), place, tolerance)
+            resting = cycle(Station(met, DWELL), place, tolerance)
             ratios.append(resting.duration / moving.duration)
         what = f"cycles along {'xy'[axis]} from a belt along {'xy'[along]}, {speed:g} m/s"
         if not ratios:
@@ -104,7 +104,7 @@ def _met_in_the_middle(
     for _ in range(6):
         start = MovingTarget(part, (vx, vy, vz)).after(-time).position
         try:
-            plan = cycle(Stop(start, DWELL, (vx, vy, vz)), place, tolerance)
+            plan = cycle(Station(start, DWELL, (vx, vy, vz)), place, tolerance)
         except KinematicsError:
             return part, None
         time, before = plan.arrival(0) + 0.5 * DWELL, time

@@ -29,7 +29,7 @@ from benchmarks.soak import pieces, random_shaper
 from benchmarks.soak_bounds import random_bounds
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import CannotHoldError, MotionEngine, MotionPhase
-from tri_glide_kinematics.motion.engine import Stop
+from tri_glide_kinematics.motion.engine import Station
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -83,12 +83,12 @@ class Part:
         self._level = belt.direction[:2] / np.linalg.norm(belt.direction[:2])
         self._slope = belt.direction[2] / np.linalg.norm(belt.direction[:2])
 
-    def stop(self, instant: float, dwell: float, noise: FloatArray | float = 0.0) -> Stop:
+    def stop(self, instant: float, dwell: float, noise: FloatArray | float = 0.0) -> Station:
         """Return where it is at an ``instant`` [s], and how it moves."""
         way, speed, acceleration = self._belt.at(instant)
         place = self._place + (way - self._begin) * self._belt.direction + noise
         velocity, change = speed * self._belt.direction, acceleration * self._belt.direction
-        return Stop(vector(place), dwell, vector(velocity), vector(change))
+        return Station(vector(place), dwell, vector(velocity), vector(change))
 
     def depths(self, places: FloatArray) -> FloatArray:
         """Return how far ``places`` above the belt are below the part's height. Shape (n,) [m]."""
@@ -228,14 +228,16 @@ class Picker:
         begun, last, number = engine.elapsed, engine.elapsed, engine.plan_number
         home = engine.platform[0]
         place = home if rng.random() < 0.5 else self.place()
-        stops = [asked.part.stop(begun, asked.dwell), Stop(place, asked.dwell)]
+        stations = [asked.part.stop(begun, asked.dwell), Station(place, asked.dwell)]
         # A belt may lead upwards.
         levels = [asked.part.stop(begun + later, 0.0).position[2] for later in (0.0, 1.5)]
         height = max(home[2], place[2], *levels) + rng.uniform(0.01, 0.04)
         tolerance = float(rng.choice((0.001, 0.005, 0.01)))
         lifts = bool(rng.random() < 0.3)
         try:
-            engine.transfer(stops, height, tolerance=tolerance, lifts=lifts, allowed=asked.allowed)
+            engine.transfer(
+                stations, height, tolerance=tolerance, lifts=lifts, allowed=asked.allowed
+            )
         except KinematicsError as error:
             findings.outcomes[f"refused: {type(error).__name__}"] += 1
             engine.step(self.dt)

@@ -160,7 +160,7 @@ class Cell:
         if progress is not None and transfer is not None and controller.leads_to(transfer):
             arrivals = tuple(arrival + self.drive_delay for arrival in progress.arrivals)
             if self._since and len(arrivals) == 2 and math.isfinite(arrivals[0]):
-                grip = transfer.stops[0].after(self.now + arrivals[0] - transfer.seen).position
+                grip = transfer.stations[0].after(self.now + arrivals[0] - transfer.seen).position
                 self.ways.note(grip, self.now + arrivals[0] - self._since)
                 self._since = 0.0
         accepts = controller.state in (IDLE, MOVING)

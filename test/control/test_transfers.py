@@ -7,7 +7,7 @@ import pytest
 from controller_rig import MACHINE, PERIOD, Rig, controller_of
 
 from tri_glide_kinematics.control import DISABLED, FAULT, IDLE, MOVING
-from tri_glide_kinematics.motion.engine import GoalCode, Stop, Transfer
+from tri_glide_kinematics.motion.engine import GoalCode, Station, Transfer
 
 HEIGHT, LOW = 0.275, 0.25
 HERE, BELT = (0.0, -0.1, LOW), (-0.1, 0.1, LOW)
@@ -30,9 +30,9 @@ class Cell:
         self.rig.cycle(3)
         self.outputs, self.errors, self.arrived = [], [], []
         self.seen = self.rig.now
-        part = Stop(BELT, 0.05, SPEED, outputs=(CLOSE,))
+        part = Station(BELT, 0.05, SPEED, outputs=(CLOSE,))
         transfer = Transfer(
-            (part, Stop(HERE, outputs=(OPEN,))), HEIGHT, seen=self.seen, lifts=False, **how
+            (part, Station(HERE, outputs=(OPEN,))), HEIGHT, seen=self.seen, lifts=False, **how
         )
         self.goal = self.rig.controller.pursue(transfer)
 
@@ -66,10 +66,10 @@ def over(cell):
     return cell.goal.outcome is not None
 
 
-def at(stop, after, cell):
-    """Return whether a ``stop`` was reached so long ago."""
+def at(station, after, cell):
+    """Return whether a ``station`` was reached so long ago."""
     progress = cell.controller.transfer_progress
-    return progress is not None and progress.arrivals[stop] <= -after
+    return progress is not None and progress.arrivals[station] <= -after
 
 
 def test_outputs_come_within_a_cycle_of_their_instants():
@@ -98,8 +98,8 @@ def test_the_next_one_is_planned_before_the_end_of_the_one_before_and_loses_no_o
     cell = Cell().cycles(partial(at, 0, 0.2))
     arrival = cell.arrived[0][1]
     first = cell.goal
-    stops = (Stop((0.05, 0.1, LOW), 0.05, outputs=((0.0, "close"),)), Stop(HERE))
-    goal = cell.controller.pursue(Transfer(stops, HEIGHT, lifts=False, leave_at=arrival + 0.05))
+    stations = (Station((0.05, 0.1, LOW), 0.05, outputs=((0.0, "close"),)), Station(HERE))
+    goal = cell.controller.pursue(Transfer(stations, HEIGHT, lifts=False, leave_at=arrival + 0.05))
     leaves = []
 
     def moves(cell):
@@ -164,7 +164,7 @@ def test_in_each_phase_it_ends_once_and_the_gripper_keeps_its_value(end, phase):
 def test_a_part_that_stops_in_the_descent_is_given_up_and_told():
     cell = Cell(allowed=1e-3).cycles(PHASES["descent"])
     stands = cell.part(cell.rig.now)
-    cell.controller.renew(0, Stop(stands, 0.05), cell.rig.now)
+    cell.controller.renew(0, Station(stands, 0.05), cell.rig.now)
     cell.cycles(over)
     code, text = cell.goal.outcome
     assert code is GoalCode.NOT_REACHED
@@ -195,8 +195,8 @@ def test_after_cycles_that_were_left_out_the_next_station_is_met_and_not_the_las
     cell = Cell().cycles(partial(at, 0, 0.2))
     cell.rig.now += 0.02
     cell.seen = cell.rig.now
-    stops = Stop(BELT, 0.05, SPEED), Stop(HERE)
-    cell.goal = cell.controller.pursue(Transfer(stops, HEIGHT, seen=cell.seen, lifts=False))
+    stations = Station(BELT, 0.05, SPEED), Station(HERE)
+    cell.goal = cell.controller.pursue(Transfer(stations, HEIGHT, seen=cell.seen, lifts=False))
     cell.errors.clear()
     cell.cycles(over)
     assert cell.goal.outcome.code is GoalCode.SUCCEEDED
@@ -217,7 +217,7 @@ def test_a_part_that_gets_faster_is_met_and_the_outputs_come_as_much_later():
     cell.rig.cycle(50)
     # At once 50 mm/s more: the way back is longer.
     now = cell.rig.now
-    faster = Stop(cell.part(now), 0.05, (SPEED[0] + 0.05, 0.0, 0.0))
+    faster = Station(cell.part(now), 0.05, (SPEED[0] + 0.05, 0.0, 0.0))
     assert cell.controller.renew(0, faster, now)
     cell.part = lambda time: faster.after(time - now).position
     cell.cycles(over)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from tri_glide_kinematics.motion.engine import GoalCode, Stop, Transfer
+from tri_glide_kinematics.motion.engine import GoalCode, Station, Transfer
 from tri_glide_kinematics.picking import (
     BeltMotion,
     CycleTimes,
@@ -39,28 +39,28 @@ TRAVEL, STEP = 0.3, 0.002
 
 
 class IdealMachine:
-    """Is at each stop when it is to be, one transfer after the other."""
+    """Is at each station when it is to be, one transfer after the other."""
 
     def __init__(self) -> None:
         self.machine = Machine((0.0, 0.0, 0.1))
         self.before = self.transfer = None
         # When it takes commands again, which it does not while it brakes.
         self.rests = math.inf
-        # Of the present transfer; of all: arrivals, stops, and as of when these are.
+        # Of the present transfer; of all: arrivals, stations, and as of when these are.
         self.arrivals: list[float] = []
-        self.visits: list[tuple[float, Stop, float]] = []
+        self.visits: list[tuple[float, Station, float]] = []
         self.outputs: list[tuple[float, GripperOrder]] = []
 
     def take(self, task: Transfer | Renewal | GivingUp | None, now: float) -> None:
         if isinstance(task, Transfer):
             time = max(now + 0.05, task.leave_at, *self.arrivals[-1:])
             self.before, self.transfer, self.arrivals = self.transfer, task, []
-            for stop in task.stops:
+            for station in task.stations:
                 time += TRAVEL
                 self.arrivals.append(time)
-                self.visits.append((time, stop, task.seen))
-                self.outputs += [(time + after, told) for after, told in stop.outputs]
-                time += stop.dwell
+                self.visits.append((time, station, task.seen))
+                self.outputs += [(time + after, told) for after, told in station.outputs]
+                time += station.dwell
         elif isinstance(task, Renewal):
             self.visits[-2] = (self.arrivals[0], *task)
         elif isinstance(task, GivingUp):
@@ -77,9 +77,9 @@ class IdealMachine:
         passed = [told for time, told in self.outputs if time <= now]
         self.outputs = [each for each in self.outputs if each[0] > now]
         position = self.machine.position
-        for time, stop, seen in self.visits:
+        for time, station, seen in self.visits:
             if time <= now:
-                position = stop.after(now - seen).position
+                position = station.after(now - seen).position
         goes_on = self.transfer is not None and self.transfer.outcome is None
         if goes_on and now > self.arrivals[-1] + 0.05:
             self.transfer.end(GoalCode.SUCCEEDED, "")
@@ -259,7 +259,7 @@ def test_a_transfer_that_fails_costs_one_part_and_one_that_has_gone_up_with_its_
     assert cell.picker.events[0].part.text == "outside the workspace"
     cell.run(lambda cell: len(cell.picker._cycles) == 2)
     cell.machine.before.end(GoalCode.NOT_REACHED, "it moves too fast")
-    cell.run(lambda cell: len(cell.machine.transfer.stops) == 1)
+    cell.run(lambda cell: len(cell.machine.transfer.stations) == 1)
     cell.machine.end(GoalCode.REFUSED, "too heavy")
     cell.run(has_ended)
     assert cell.picker.text == "too heavy"

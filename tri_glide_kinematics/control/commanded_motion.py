@@ -31,7 +31,7 @@ from tri_glide_kinematics.motion.engine import (
     MotionEngine,
     MotionPhase,
     Move,
-    Stop,
+    Station,
     TargetKind,
     Track,
     Transfer,
@@ -120,7 +120,7 @@ class CommandedMotion:
         self._scheduled = 0
         # The station that moves of a transfer, how it does, and when it was there; and how far the
         # engine was behind the clock when that was told.
-        self._told_station: tuple[int, Stop, float] | None = None
+        self._told_station: tuple[int, Station, float] | None = None
         self._behind = 0.0
 
     def move_to(self, position: Sequence[float]) -> None:
@@ -304,22 +304,22 @@ class CommandedMotion:
         self._states.change(MOVING, Reason(Cause.COMMAND, self._newest_target.text))
         return "goes on along the path"
 
-    def renew(self, stop: int, motion: Stop, seen: float) -> bool:
-        """Let a transfer go on to its next ``stop``, which moves otherwise.
+    def renew(self, station: int, motion: Station, seen: float) -> bool:
+        """Let a transfer go on to its next ``station``, which moves otherwise.
 
         Args:
-            stop: its index.
+            station: its index.
             motion: how it moves.
             seen: when it was at its position [s].
 
         Returns:
-            Whether that is begun: not while another plan is made, or the stop is not the next.
+            Whether that is begun: not while another plan is made, or the station is not the next.
         """
         if self._states.state is not MOVING:
             return False
-        is_begun = self._engine.renew(stop, motion, self._queue.present - seen)
+        is_begun = self._engine.renew(station, motion, self._queue.present - seen)
         if is_begun:
-            self._told_station = stop, motion, seen
+            self._told_station = station, motion, seen
             self._behind = self._queue.present - self._engine.elapsed
         return is_begun
 
@@ -376,16 +376,12 @@ class CommandedMotion:
     def look_after(self) -> None:
         """Tell what has been taken or refused with the setpoint that has just been made."""
         try:
-            self._look_for_missed_stop()
             # A plan that was ready begins with this setpoint.
             decided = self._queue.decided(self._states.state in ON_THE_WAY)
             if decided is not None:
                 self._note(decided)
-            # By the station of the plan that has begun, not of the one before.
-            if self._engine.transfer_progress is not None:
-                self._keep_in_time()
-            if self._newest_target.due and self._scheduled != self._engine.plan_number:
-                self._schedule()
+            if self._states.state is MOVING and isinstance(self._newest_target.command, Transfer):
+                self._look_after_transfer()
             refusal = self._engine.take_refusal()
             if refusal is not None:
                 # A motion that was carried out already cannot go on.
@@ -424,12 +420,12 @@ class CommandedMotion:
                 self._newest_target.outputs.extend(zip(places, command.outputs.told))
             if isinstance(command, Transfer):
                 new = (
-                    DueOutput(math.inf, output, command, station, after)
-                    for station, stop in enumerate(command.stops)
-                    for after, output in stop.outputs
+                    DueOutput(math.inf, output, command, index, after)
+                    for index, station in enumerate(command.stations)
+                    for after, output in station.outputs
                 )
                 self._schedule(*new)
-                moving = [(i, each) for i, each in enumerate(command.stops) if each.moves]
+                moving = [(i, each) for i, each in enumerate(command.stations) if each.moves]
                 self._told_station = (*moving[0], command.seen) if moving else None
                 self._behind = self._queue.behind
             if self._engine.is_paused:
@@ -450,21 +446,22 @@ class CommandedMotion:
             due.append(each)
         target.due = deque(sorted(due, key=attrgetter("instant")))
 
-    def _keep_in_time(self) -> None:
-        """Let a transfer meet its station where cycles were left out: the station went on."""
-        behind = self._queue.present - self._engine.elapsed - self._behind
-        if self._told_station is not None and abs(behind) > LARGEST_DRIFT:
-            self.renew(*self._told_station)
-
-    def _look_for_missed_stop(self) -> None:
-        """Tell that a transfer is given up, as a stop is not met."""
+    def _look_after_transfer(self) -> None:
+        """Keep a transfer in time, and tell where it is given up, as a station is not met."""
         progress, target = self._engine.transfer_progress, self._newest_target
-        if progress is None or progress.gives_up is None:
+        if progress is None:
             return
-        if target.command is not None and target.command.outcome is None:
+        if progress.gives_up is None:
+            # Where cycles were left out the station went on.
+            behind = self._queue.present - self._engine.elapsed - self._behind
+            if self._told_station is not None and abs(behind) > LARGEST_DRIFT:
+                self.renew(*self._told_station)
+            if target.due and self._scheduled != self._engine.plan_number:
+                self._schedule()
+        elif target.command is not None and target.command.outcome is None:
             text = f"{target.text}: {progress.gives_up}; the platform goes up"
             target.end_driven(GoalCode.NOT_REACHED, text)
-            target.text = "the height above the stop"
+            target.text = "the height above the station"
             self._states.change(MOVING, Reason(Cause.TARGET_NOT_REACHED, text))
 
     def _tell_pause(self) -> None:

@@ -28,8 +28,7 @@ from tri_glide_kinematics.control import (
     health_of,
 )
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase
-from tri_glide_kinematics.motion.engine import Stop as Station
+from tri_glide_kinematics.motion.engine import MotionEngine, MotionPhase, Station
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.reason_log import ReasonLog, RefusalLog

@@ -32,8 +32,7 @@ from tri_glide_interfaces.msg import (
 from tri_glide_interfaces.msg import PartEvent as PartEventMessage
 from tri_glide_interfaces.srv import TeachPick
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine import GoalCode
-from tri_glide_kinematics.motion.engine import Stop as Station
+from tri_glide_kinematics.motion.engine import GoalCode, Station
 from tri_glide_kinematics.motion.engine import Transfer as TransferCommand
 from tri_glide_kinematics.picking import (
     ALL_PLACED,
@@ -229,7 +228,7 @@ class PickNode(Node):
         if transfer is not None and transfer.outcome is None and goal is not None and goal.result:
             transfer.end(GoalCode(goal.result.code), goal.result.text)
             if goal.result.code != Transfer.Result.SUCCEEDED:
-                untold = {order for stop in transfer.stops for _, order in stop.outputs}
+                untold = {order for station in transfer.stations for _, order in station.outputs}
                 self._ordered = deque(each for each in self._ordered if each not in untold)
         self._carry_out(self._picker.step(now, self._machine_now(now)), now)
         self._passed.clear()
@@ -283,7 +282,7 @@ class PickNode(Node):
         transfer, since = self._transfer, max(self._reach_since, self._free_since)
         assert transfer is not None
         self._reach_since = None
-        grip = transfer.stops[0].after(now + arrivals[0] - transfer.seen).position
+        grip = transfer.stations[0].after(now + arrivals[0] - transfer.seen).position
         self._times.note(plus(grip, self._values["gripper_point"]), now + arrivals[0] - since)
 
     def _carry_out(self, wanted: TransferCommand | Renewal | GivingUp | None, now: float) -> None:
@@ -316,10 +315,10 @@ class PickNode(Node):
         if math.isfinite(transfer.leave_at):
             goal.leave_at = self._stamp_of(transfer.leave_at)
             self._free_since = max(now, transfer.leave_at)
-        for stop in transfer.stops:
-            station = TransferStation(dwell=stop.dwell)
-            _write_motion(station, stop)
-            for after, order in stop.outputs:
+        for station in transfer.stations:
+            station = TransferStation(dwell=station.dwell)
+            _write_motion(station, station)
+            for after, order in station.outputs:
                 self._ordered.append(order)
                 station.output_times.append(after)
                 station.outputs.append(self._output(closes=order.closes))

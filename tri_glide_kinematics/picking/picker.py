@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion.engine import GoalCode, Stop, Transfer
+from tri_glide_kinematics.motion.engine import GoalCode, Station, Transfer
 from tri_glide_kinematics.picking.belt import BeltMotion, BeltState, BeltUnknownError
 from tri_glide_kinematics.picking.order import PickOrder
 from tri_glide_kinematics.picking.parts import Part, PartOutcome, Parts, Sighting
@@ -83,8 +83,8 @@ class Machine(NamedTuple):
         position: where the platform is. Shape (3,) [m].
         accepts: whether it carries commands out: it is enabled, and neither stopped nor paused.
         stops: how often it was stopped or has lost its lead, as far as it has counted.
-        arrivals: when the platform is at each stop of the latest transfer, from now on; negative if
-            that is past, infinite if it does not get there. Empty before it begins [s].
+        arrivals: when the platform is at each station of the latest transfer, from now on; negative
+            if that is past, infinite if it does not get there. Empty before it begins [s].
         passed: what was told to the gripper since the last time.
         holds: whether a sensor says that the gripper holds a part; None without one.
     """
@@ -98,9 +98,9 @@ class Machine(NamedTuple):
 
 
 class Renewal(NamedTuple):
-    """The first stop of the transfer moves otherwise, as of ``seen`` [s]."""
+    """The first station of the transfer moves otherwise, as of ``seen`` [s]."""
 
-    motion: Stop
+    motion: Station
     seen: float
 
 
@@ -115,7 +115,7 @@ class PickSettings:
     """How parts are picked and placed.
 
     Attributes:
-        height: of the platform between stops [m].
+        height: of the platform between stations [m].
         tolerance: how far it may be from a corner of its way [m].
         waiting: where the platform waits for parts; None for where it is. Shape (3,) [m].
         point: of the gripper, from that of the platform. Shape (3,) [m].
@@ -417,36 +417,36 @@ class Picker:
             self._cycles.append(cycle)
             grip = self._grip(cycle.part, now)
             self.renewed(Renewal(grip, now))
-            stops = grip, self._release(cycle)
-            cycle.transfer = self._transfer(now, *stops, leave_at=max(pick.leave_at, free_at))
+            stations = grip, self._release(cycle)
+            cycle.transfer = self._transfer(now, *stations, leave_at=max(pick.leave_at, free_at))
             return cycle.transfer
         if parts or self._cycles or self._waits or waiting is None:
             return None
         self._waits = True
-        return self._transfer(now, Stop(waiting))
+        return self._transfer(now, Station(waiting))
 
-    def _transfer(self, now: float, *stops: Stop, leave_at: float = -math.inf) -> Transfer:
-        """Return a transfer that rests at its last stop."""
+    def _transfer(self, now: float, *stations: Station, leave_at: float = -math.inf) -> Transfer:
+        """Return a transfer that rests at its last station."""
         settings = self._settings
-        given = Transfer(stops, settings.height, lifts=False, seen=now, leave_at=leave_at)
+        given = Transfer(stations, settings.height, lifts=False, seen=now, leave_at=leave_at)
         given.tolerance, given.allowed = settings.tolerance, settings.allowed
         self._given = given
         return given
 
-    def _grip(self, part: Part, now: float) -> Stop:
-        """Return the stop at a part, as of ``now`` [s]."""
+    def _grip(self, part: Part, now: float) -> Station:
+        """Return the station at a part, as of ``now`` [s]."""
         settings, direction = self._settings, self._order.direction
         _, velocity, acceleration = self._belt.at(now)
         place, dwell = minus(self._place_of(part, now), settings.point), settings.dwells[0]
         outputs = ((dwell - settings.closing, GripperOrder(True, part.number)),)
         motion = scaled(direction, velocity), scaled(direction, acceleration)
-        return Stop(place, dwell, *motion, outputs)
+        return Station(place, dwell, *motion, outputs)
 
-    def _release(self, cycle: _Cycle) -> Stop:
-        """Return the stop at the place of a part."""
+    def _release(self, cycle: _Cycle) -> Station:
+        """Return the station at the place of a part."""
         settings, dwell = self._settings, self._settings.dwells[1]
         outputs = ((dwell - settings.opening, GripperOrder(False, cycle.part.number)),)
-        return Stop(minus(cycle.place.position, settings.point), dwell, outputs=outputs)
+        return Station(minus(cycle.place.position, settings.point), dwell, outputs=outputs)
 
     def _place_of(self, part: Part, time: float) -> Vector3:
         """Return where a part on the belt is at a ``time`` [s]. Shape (3,) [m]."""

@@ -37,7 +37,12 @@ from tri_glide_kinematics.motion import (
 )
 from tri_glide_kinematics.motion.shaped import LimitBounds
 from tri_glide_kinematics.motion.tracking import MovingTarget
-from tri_glide_kinematics.motion.transfer import Stop, TransferError, TransferPlan, TransferPlanner
+from tri_glide_kinematics.motion.transfer import (
+    Station,
+    TransferError,
+    TransferPlan,
+    TransferPlanner,
+)
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
@@ -75,17 +80,17 @@ def changing(speed: float, acceleration: float, begin: float, duration: float) -
     return belt
 
 
-def stop(place: MovingTarget) -> Stop:
-    return Stop(place.position, DWELL, place.velocity, place.acceleration)
+def station(place: MovingTarget) -> Station:
+    return Station(place.position, DWELL, place.velocity, place.acceleration)
 
 
 def plan(
     belt: Belt, limits: SliderLimits = LIMITS, workspace: Workspace = WORKSPACE
 ) -> TransferPlan:
     """Return the plan of a cycle."""
-    stops = [stop(belt(0.0)), Stop(HOME, DWELL)]
+    stations = [station(belt(0.0)), Station(HOME, DWELL)]
     planner = TransferPlanner(workspace, HEIGHT, 0.005)
-    return at_once(planner.planned(HOME, stops, 0.0, limits, lifts=False))
+    return at_once(planner.planned(HOME, stations, 0.0, limits, lifts=False))
 
 
 def use_of(found: TransferPlan, limits: SliderLimits) -> LimitUse:
@@ -111,8 +116,8 @@ def picked(
 ) -> list[Told]:
     """Return what is told in a cycle until it rests; each 20 ms the place is ``seen`` anew."""
     begun = last = moving.elapsed
-    stops = [stop(belt(0.0)), Stop(HOME, DWELL)]
-    moving.transfer(stops, HEIGHT, lifts=False)
+    stations = [station(belt(0.0)), Station(HOME, DWELL)]
+    moving.transfer(stations, HEIGHT, lifts=False)
     told = []
     while moving.preparing or moving.phase is not MotionPhase.IDLE:
         moving.work(more(30))
@@ -125,7 +130,7 @@ def picked(
             moving.stop()
         elif moving.elapsed - last >= 0.02:
             last = moving.elapsed
-            moving.renew(0, stop((seen or belt)(now)))
+            moving.renew(0, station((seen or belt)(now)))
         assert now < 6.0
     return told
 
@@ -242,20 +247,20 @@ def test_what_cannot_be_met_is_given_up_at_the_height(in_pieces):
 
 
 @pytest.mark.parametrize(
-    ("stops", "how", "text"),
+    ("stations", "how", "text"),
     [
-        ([], {}, "a transfer needs a stop"),
-        ([Stop(PART, -0.1)], {}, "dwell = -0.1 s must be at least 0 s"),
-        ([Stop((0.0, math.nan, 0.2))], {}, "position"),
-        ([Stop((0.0, 0.1, 0.2), velocity=(0.0, 0.0))], {}, "velocity"),
-        ([Stop(PART)], {"tolerance": -0.001}, "tolerance = -0.001 m must be at least 0 m"),
-        ([Stop((0.0, 0.3, 0.25), 0.0, (0.1, 0.0, 0.0))], {}, "0.395 m"),
+        ([], {}, "a transfer needs a station"),
+        ([Station(PART, -0.1)], {}, "dwell = -0.1 s must be at least 0 s"),
+        ([Station((0.0, math.nan, 0.2))], {}, "position"),
+        ([Station((0.0, 0.1, 0.2), velocity=(0.0, 0.0))], {}, "velocity"),
+        ([Station(PART)], {"tolerance": -0.001}, "tolerance = -0.001 m must be at least 0 m"),
+        ([Station((0.0, 0.3, 0.25), 0.0, (0.1, 0.0, 0.0))], {}, "0.395 m"),
     ],
 )
-def test_bad_input_is_refused_with_number_and_bound(stops, how, text):
+def test_bad_input_is_refused_with_number_and_bound(stations, how, text):
     moving = at_home()
     with pytest.raises(KinematicsError, match=text.replace(".", r"\.")):
-        moving.transfer(stops, HEIGHT, **how)
+        moving.transfer(stations, HEIGHT, **how)
     assert_rests_at(moving, HOME)
 
 
@@ -263,7 +268,7 @@ def test_bad_input_is_refused_with_number_and_bound(stops, how, text):
 def test_lower_limits_are_kept_or_the_transfer_is_given_up(part):
     moving = at_home()
     belt = even((0.2, 0.0, 0.0))
-    moving.transfer([stop(belt(0.0)), Stop(HOME, DWELL)], HEIGHT, lifts=False)
+    moving.transfer([station(belt(0.0)), Station(HOME, DWELL)], HEIGHT, lifts=False)
     for _ in range(150):
         moving.step(moving.period)
     first = len(moving.states)
@@ -288,7 +293,7 @@ def test_one_that_is_planned_ahead_begins_at_the_rest_of_the_motion_before(in_pi
         moving.work(more(10))
     past = -moving.time_to_rest
     belt = even((0.1, 0.0, 0.0))
-    moving.transfer([stop(belt(0.0)), Stop(HOME)], 0.32, lifts=False)
+    moving.transfer([station(belt(0.0)), Station(HOME)], 0.32, lifts=False)
     while moving.transfer_progress is None:
         moving.work(more(100))
         moving.step(moving.period)
@@ -304,7 +309,7 @@ def test_one_that_is_planned_ahead_begins_at_the_rest_of_the_motion_before(in_pi
 @each_mode
 def test_a_place_where_the_platform_is_already_is_reached(in_pieces):
     moving = at_home(in_pieces=in_pieces)
-    moving.transfer([Stop(HOME, DWELL), Stop(HOME, DWELL)], HEIGHT, lifts=False)
+    moving.transfer([Station(HOME, DWELL), Station(HOME, DWELL)], HEIGHT, lifts=False)
     run_to_rest(moving)
     assert_rests_at(moving, HOME, 1e-6)
     assert moving.elapsed > 2.0 * DWELL

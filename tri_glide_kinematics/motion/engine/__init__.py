@@ -25,6 +25,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.engine.replanning import Replanning as Replanning
     from tri_glide_kinematics.motion.engine.tracker import Tracker as Tracker
     from tri_glide_kinematics.motion.engine.transferring import TransferProgress as TransferProgress
-    from tri_glide_kinematics.motion.transfer import Stop as Stop
+    from tri_glide_kinematics.motion.transfer import Station as Station
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -22,7 +22,7 @@ from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.tracking import SLOWEST_JOG, MovingTarget, Wanted, WantedVelocity
 from tri_glide_kinematics.motion.trajectory import SequencePlan, Trajectory
-from tri_glide_kinematics.motion.transfer import Stop, TransferError
+from tri_glide_kinematics.motion.transfer import Station, TransferError
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import vector_text
 from tri_glide_kinematics.workspace import Workspace
@@ -609,18 +609,18 @@ class Follow(Command):
 
 
 class Transfer(Command):
-    """Bring the platform from stop to stop, where stops may move, and come to rest.
+    """Bring the platform from station to station, where stations may move, and come to rest.
 
-    Up to a height, across, down to a stop with its velocity, a dwell in which the platform moves
+    Up to a height, across, down to a station with its velocity, a dwell in which the platform moves
     with it, and on to the next one. All of it is one plan, made before it begins.
 
     Attributes:
-        stops: in their order.
-        height: of the platform between stops, by z [m].
+        stations: in their order.
+        height: of the platform between stations, by z [m].
         tolerance: how far it may be from a corner of its way [m].
-        allowed: so far from a stop it may be when it arrives there [m].
-        lifts: whether it goes up after the last stop. After one that moves it does so anyway.
-        seen: the time of the positions of the stops, by the clock of the caller [s].
+        allowed: so far from a station it may be when it arrives there [m].
+        lifts: whether it goes up after the last station. After one that moves it does so anyway.
+        seen: the time of the positions of the stations, by the clock of the caller [s].
         leave_at: when the platform leaves its start at the earliest, by that clock [s].
         lead: so much earlier than the place a setpoint has to be there [s].
         age: time from that of the positions to the present setpoint, as it begins [s].
@@ -635,7 +635,7 @@ class Transfer(Command):
 
     def __init__(
         self,
-        stops: Sequence[Stop],
+        stations: Sequence[Station],
         height: float,
         *,
         tolerance: float = 0.005,
@@ -645,22 +645,22 @@ class Transfer(Command):
         leave_at: float = -math.inf,
         lead: float = 0.0,
     ) -> None:
-        """Go to each of the ``stops``.
+        """Go to each of the ``stations``.
 
         Raises:
-            WrongShapeError: if a vector of a stop has not three numbers.
-            NotFiniteError: if a number of a stop, or the height, is NaN or infinite.
+            WrongShapeError: if a vector of a station has not three numbers.
+            NotFiniteError: if a number of a station, or the height, is NaN or infinite.
             OutOfBoundsError: if a dwell, or a tolerance, is negative.
-            TransferError: if there is no stop.
+            TransferError: if there is no station.
         """
         super().__init__()
-        if not stops:
-            raise TransferError("a transfer needs a stop")
-        for stop in stops:
+        if not stations:
+            raise TransferError("a transfer needs a station")
+        for station in stations:
             for name in ("position", "velocity", "acceleration"):
-                finite_vector(name, getattr(stop, name), 3)
-            non_negative("dwell", stop.dwell, "s")
-        self.stops = tuple(stops)
+                finite_vector(name, getattr(station, name), 3)
+            non_negative("dwell", station.dwell, "s")
+        self.stations = tuple(stations)
         self.height = finite("height", height)
         self.tolerance = non_negative("tolerance", tolerance, "m")
         self.allowed = non_negative("allowed", allowed, "m")
@@ -669,12 +669,12 @@ class Transfer(Command):
 
     def __str__(self) -> str:
         """Return the target in words."""
-        place = vector_text(self.stops[0].position, 6)
-        moves = ", which moves" if self.stops[0].moves else ""
-        return f"transfer of {len(self.stops)} stops, the first at {place} m{moves}"
+        place = vector_text(self.stations[0].position, 6)
+        moves = ", which moves" if self.stations[0].moves else ""
+        return f"transfer of {len(self.stations)} stations, the first at {place} m{moves}"
 
     def has_turn(self, now: float, period: float, present: float) -> None:
-        """Work out how old the positions of the stops are, and how long it stays."""
+        """Work out how old the positions of the stations are, and how long it stays."""
         if not math.isnan(self.seen):
             self.age = present - self.seen
         self.stays = max(self.leave_at - self.lead - present, 0.0)

@@ -42,7 +42,7 @@ from tri_glide_kinematics.motion.moves import MotionKind
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.tracking import LONGEST_HORIZON
-from tri_glide_kinematics.motion.transfer import Stop
+from tri_glide_kinematics.motion.transfer import Station
 from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import vector_text
@@ -285,14 +285,14 @@ class MotionEngine:
         elif held.pending is None:
             self._execution.plans.prepare(self._execution.replanning.continued)
 
-    def transfer(self, stops: Sequence[Stop], height: float, **how: Any) -> None:
-        """Bring the platform from stop to stop, where stops may move; see ``Transfer``.
+    def transfer(self, stations: Sequence[Station], height: float, **how: Any) -> None:
+        """Bring the platform from station to station, where stations may move; see ``Transfer``.
 
         It begins where the present motion comes to rest.
 
         Args:
-            stops: in their order, of the present setpoint.
-            height: of the platform between stops, by z [m].
+            stations: in their order, of the present setpoint.
+            height: of the platform between stations, by z [m].
             how: further arguments of ``Transfer``.
 
         Raises:
@@ -300,26 +300,26 @@ class MotionEngine:
             KinematicsError: if a number makes no sense, or there is no plan.
         """
         self._holder.check_started()
-        self.carry_out(Transfer(stops, height, **how))
+        self.carry_out(Transfer(stations, height, **how))
 
-    def renew(self, stop: int, motion: Stop, age: float = 0.0) -> bool:
-        """Plan again what is left of a transfer, as its next ``stop`` moves otherwise.
+    def renew(self, station: int, motion: Station, age: float = 0.0) -> bool:
+        """Plan again what is left of a transfer, as its next ``station`` moves otherwise.
 
-        Where that stop is not met any more, the platform goes up and rests.
+        Where that station is not met any more, the platform goes up and rests.
 
         Args:
-            stop: its index.
+            station: its index.
             motion: how it moves.
             age: time from that of its position to the present setpoint [s].
 
         Returns:
-            Whether that is begun: not while another plan is made, or the stop is not the next, or
-            did not move when the transfer was planned.
+            Whether that is begun: not while another plan is made, or the station is not the
+            next, or did not move when the transfer was planned.
 
         Raises:
             NotStartedError: before the start.
         """
-        return self._execution.transferring.renew(stop, motion, age)
+        return self._execution.transferring.renew(station, motion, age)
 
     def give_up(self, reason: KinematicsError) -> bool:
         """Go up from the station that a transfer leads to, or is at, and rest.

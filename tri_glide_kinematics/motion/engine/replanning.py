@@ -354,7 +354,7 @@ class Replanning:
             return replace(held, role=PlanRole.EARLIER)
 
     def _goes_no_deeper(self, braking: Trajectory, plan: TransferPlan, time: float) -> bool:
-        """Return whether a ``braking`` stays above the stops, or what is left of a ``plan``."""
+        """Return whether a ``braking`` stays above the stations, or what is left of a ``plan``."""
         if braking is plan:
             return True
         machine = self._workspace.machine

@@ -15,7 +15,7 @@ from tri_glide_kinematics.motion.engine.replacing import LeadTime, PlanReplacing
 from tri_glide_kinematics.motion.engine.replanning import Replanned
 from tri_glide_kinematics.motion.transfer import (
     CarriedPlan,
-    Stop,
+    Station,
     TransferError,
     TransferPlanner,
 )
@@ -32,8 +32,8 @@ class TransferProgress(NamedTuple):
     """How far a transfer is.
 
     Attributes:
-        arrivals: when the platform is at each of the stops, from now on; negative if that is past,
-            infinite if it does not get there [s].
+        arrivals: when the platform is at each of the stations, from now on; negative if that is
+            past, infinite if it does not get there [s].
         gives_up: why it does not get to all of them; None if it does.
     """
 
@@ -66,8 +66,10 @@ class Transferring:
         if held is None or plan is None or not isinstance(held.goal, Transfer):
             return None
         past = self._holder.time - held.limits.held_back
-        stops = range(len(held.goal.stops))
-        return TransferProgress(tuple(plan.arrival(stop) - past for stop in stops), plan.gives_up)
+        stations = range(len(held.goal.stations))
+        return TransferProgress(
+            tuple(plan.arrival(station) - past for station in stations), plan.gives_up
+        )
 
     def prepare(self, goal: Transfer) -> None:
         """Make the plan of a ``goal`` that begins where the present motion comes to rest.
@@ -89,27 +91,27 @@ class Transferring:
         self._plans.tracks = False
         self._plans.begin(proved, goal, start, self._lead_time)
 
-    def renew(self, stop: int, motion: Stop, age: float) -> bool:
-        """Plan again what is left of a transfer, as a stop moves otherwise.
+    def renew(self, station: int, motion: Station, age: float) -> bool:
+        """Plan again what is left of a transfer, as a station moves otherwise.
 
         Args:
-            stop: its index.
+            station: its index.
             motion: how it moves.
             age: time from that of its position to the present setpoint [s].
 
         Returns:
-            Whether that is begun: not while another plan is made, or the stop is not the next, or
-            did not move when the transfer was planned.
+            Whether that is begun: not while another plan is made, or the station is not the
+            next, or did not move when the transfer was planned.
         """
         held, time = self._holder.held, self._holder.time
         plan = held.transfer
         if plan is None or self._plans.preparation is not None or held.brakes:
             return False
         index = plan.present(time)[0]
-        if plan.gives_up is not None or plan.first + index != stop or not plan.legs[index].moves:
+        if plan.gives_up is not None or plan.first + index != station or not plan.legs[index].moves:
             return False
         start = time + self._plans.lead(self._renewal_lead_time)
-        making = partial(self._renewed, stop, motion, self._holder.elapsed - age)
+        making = partial(self._renewed, station, motion, self._holder.elapsed - age)
         proved = self._plans.shaped_plans.proved(making)
         self._plans.begin(proved, None, start, self._renewal_lead_time)
         return True
@@ -148,7 +150,7 @@ class Transferring:
     def _planned(
         self, goal: Transfer, asked: float, held: HeldMotion, start: float
     ) -> Interruptible[Replanned]:
-        """Make a plan for the stops of a ``goal``, ``asked`` for at a time of the engine [s]."""
+        """Make a plan for the stations of a ``goal``, ``asked`` for at a time of the engine [s]."""
         limits, begins = held.limits, self._begins(start)
         shaper, step = limits.shaper, self._plans.last_step or LONGEST_STEP
         wait = goal.stays - (begins - asked)
@@ -158,24 +160,26 @@ class Transferring:
         if self._plans.in_pieces or ahead > 0.0:
             # The step in which it begins is known only then.
             wait = max(wait, 2.0 * step)
-        stops = [stop._replace(dwell=stop.dwell + limits.held_back) for stop in goal.stops]
+        stations = [
+            station._replace(dwell=station.dwell + limits.held_back) for station in goal.stations
+        ]
         delay = goal.lead + (shaper.delay if shaper is not None else 0.0)
         age = goal.age + begins - asked + delay
         here = self._workspace.machine.forward(held.plan.at(start).heights)
         plan = yield from self._planner(goal).planned(
-            here, stops, age, limits.effective, wait=max(wait, 0.0), lifts=goal.lifts
+            here, stations, age, limits.effective, wait=max(wait, 0.0), lifts=goal.lifts
         )
         leads = PlanRole.LEADS_TO_GOAL
         return Replanned(HeldMotion(plan, goal, leads, self._workspace, limits))
 
     def _renewed(
-        self, stop: int, motion: Stop, seen: float, held: HeldMotion, start: float
+        self, station: int, motion: Station, seen: float, held: HeldMotion, start: float
     ) -> Interruptible[Replanned]:
         """Make what is left of a plan again; ``seen`` is by the time of the engine [s]."""
         plan, goal, limits = held.transfer, held.goal, held.limits
         if plan is None or not isinstance(goal, Transfer):
             return Replanned(held)
-        if plan.first + plan.present(start)[0] != stop:
+        if plan.first + plan.present(start)[0] != station:
             # It leads to the next one by then.
             return Replanned(held)
         delay = goal.lead + (limits.shaper.delay if limits.shaper is not None else 0.0)

@@ -7,7 +7,7 @@ from tri_glide_kinematics.lazy import when_first_used
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.transfer.carried import Carriage as Carriage
     from tri_glide_kinematics.motion.transfer.carried import CarriedPlan as CarriedPlan
-    from tri_glide_kinematics.motion.transfer.legs import Stop as Stop
+    from tri_glide_kinematics.motion.transfer.legs import Station as Station
     from tri_glide_kinematics.motion.transfer.legs import TransferError as TransferError
     from tri_glide_kinematics.motion.transfer.legs import TransferPlan as TransferPlan
     from tri_glide_kinematics.motion.transfer.legs import TransferPlanner as TransferPlanner

@@ -1,9 +1,10 @@
-r"""Plans transfers: legs from one stop to the next, each in the frame that goes over between both.
+r"""Plans transfers: legs from station to station, each in the frame that goes over between both.
 
-A leg leads up from a stop, across, and down to the next. It is planned like any path, in nearly the
-least time, and carried: upright in the frame of the place that it leaves, then of the one that it
-comes to. Both meet at an instant that depends on the leg, and the leg on the place that is met. So
-the instant is found by iteration; where the sum exceeds a limit, the leg is made slower by as much.
+A leg leads up from a station, across, and down to the next. It is planned like any path, in nearly
+the least time, and carried: upright in the frame of the place that it leaves, then of the one that
+it comes to. Both meet at an instant that depends on the leg, and the leg on the place that is met.
+So the instant is found by iteration; where the sum exceeds a limit, the leg is made slower by as
+much.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ from tri_glide_kinematics.workspace import Workspace
 LEFT_TO_BASE = (0.96, 0.96, 0.92)
 LEFT_IN_CHANGE = (0.9, 0.85, 0.78)
 
-# Ways that differ by less are the same, and a platform that is beside its stop by less is above it
+# Ways that differ by less are the same; a platform that is beside its station by less is above it
 # [m].
 SAME_WAY = 1e-6
 BESIDE = 1e-5
@@ -64,10 +65,10 @@ BESIDE = 1e-5
 # before the end [s].
 SAME_STATE, SHORTLY = 1e-6, 1e-10
 
-# A corner is rounded by this part of the height above a stop at most.
+# A corner is rounded by this part of the height above a station at most.
 PART_OF_HEIGHT = 0.4
 
-# Part of the time upright above a stop in which the frame goes over.
+# Part of the time upright above a station in which the frame goes over.
 PART_UPRIGHT = 0.4
 
 # Number of instants at which it is looked when a leg leads upright, and whether it is inside.
@@ -75,7 +76,7 @@ LOOKS, QUICK_LOOKS = 200, 17
 
 # A base leads to where the place is met, or so far from there [m]: the rest of the way is the
 # frame's. After so many attempts there is none. At first it is guessed that so much of the time
-# passes until the next stop is met, or as much less that it takes to leave the last one.
+# passes until the next station is met, or as much less that it takes to leave the last one.
 AIMED = 0.012
 ATTEMPTS = 12
 PART_OF_GUESS = 0.05
@@ -87,7 +88,7 @@ PLANNED_FOR_LESS, MUCH_SLOWER = 1, 1.015
 # A leg that exceeds a limit is made slower by as much, and by this factor.
 SPARE = 1.002
 
-# The frame goes over from one stop to the next in one of these parts of the time that it has: the
+# The frame goes over from station to station in one of these parts of the time that it has: the
 # longer it takes, the farther the base is beside the way of the platform.
 PARTS_OF_LEG = (1.0, 0.5, 0.25)
 
@@ -127,7 +128,7 @@ class _TooFastError(TransferError):
         self.reason, self.slowdown = reason, slowdown
 
 
-class Stop(NamedTuple):
+class Station(NamedTuple):
     """One place of a transfer.
 
     Attributes:
@@ -157,18 +158,18 @@ class Stop(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """From one stop to the next, and the dwell there; times are those of its base [s].
+    """From one station to the next, and the dwell there; times are those of its base [s].
 
     Attributes:
         plan: what is driven.
         base: the motion in the frame.
-        leaves: when it is no more upright above the stop before.
+        leaves: when it is no more upright above the station before.
         upright: from when on it is upright above the next one.
         arrival: at the next one.
         begin: of what is left of it.
-        slope: how much higher the next stop is for its way along x and y; None if it is not known.
-        moves: whether the next stop moves.
-        dwell: at the next stop, in motion [s].
+        slope: how much higher the next station is for its way along x and y; None if not known.
+        moves: whether the next station moves.
+        dwell: at the next station, in motion [s].
     """
 
     plan: Trajectory
@@ -187,9 +188,9 @@ class TransferPlan(SequencePlan):
 
     Attributes:
         legs: the first is the present one.
-        first: index of the stop that the first leg leads to.
+        first: index of the station that the first leg leads to.
         wait: rest with which it begins [s].
-        gives_up: why it leads to no stop, but up from one; None if it leads to all.
+        gives_up: why it leads to no station, but up from one; None if it leads to all.
         end: where the platform rests at last. Shape (3,) [m].
     """
 
@@ -218,9 +219,9 @@ class TransferPlan(SequencePlan):
         self.end = TriGlide(last).forward(self.at(self.duration).heights)
         self.wait, self.gives_up = wait, gives_up
 
-    def arrival(self, stop: int) -> float:
-        """Return when it arrives at a ``stop``, by its index [s]; negative if that is past."""
-        index = stop - self.first
+    def arrival(self, station: int) -> float:
+        """Return when it arrives at a ``station``, by its index [s]; negative if that is past."""
+        index = station - self.first
         if index < 0:
             return -math.inf
         if index >= len(self.legs) or self.gives_up is not None:
@@ -243,7 +244,7 @@ class TransferPlanner:
 
     Attributes:
         workspace: where the platform may be, and of which machine.
-        height: of the platform between stops, by z; stops may be higher [m].
+        height: of the platform between stations, by z; stations may be higher [m].
         tolerance: how far the platform may be from a corner of its way [m].
     """
 
@@ -254,36 +255,36 @@ class TransferPlanner:
     def planned(
         self,
         start: Vector3,
-        stops: Sequence[Stop],
+        stations: Sequence[Station],
         age: float,
         limits: SliderLimits,
         *,
         wait: float = 0.0,
         lifts: bool = True,
     ) -> Interruptible[TransferPlan]:
-        """Return a plan from rest through all ``stops`` to rest.
+        """Return a plan from rest through all ``stations`` to rest.
 
         Args:
             start: of the platform. Shape (3,) [m].
-            stops: in their order.
-            age: time from that of the stops to the begin of the plan [s].
+            stations: in their order.
+            age: time from that of the stations to the begin of the plan [s].
             limits: of the sliders.
             wait: rest before it begins [s].
-            lifts: whether it goes up after the last stop. After one that moves it does so anyway.
+            lifts: whether it goes up after the last station; after one that moves it does anyway.
 
         Raises:
             KinematicsError: if there is no plan.
         """
         legs: list[Leg] = []
-        time, before = 0.0, Stop(start, wait)
+        time, before = 0.0, Station(start, wait)
         here, frame = start, MovingTarget(start, AT_REST)
-        for stop in stops:
+        for station in stations:
             rest = 0.0 if before.moves else before.dwell
-            leg = yield from self._leg(here, frame, stop, age + time, rest, limits)
+            leg = yield from self._leg(here, frame, station, age + time, rest, limits)
             legs.append(leg)
             time += leg.plan.duration
-            frame = stop.after(age + time)
-            here, before = frame.position, stop
+            frame = station.after(age + time)
+            here, before = frame.position, station
         if lifts or before.moves:
             rest = 0.0 if before.moves else before.dwell
             legs.append((yield from self._lift(here, frame, rest, limits)))
@@ -295,12 +296,12 @@ class TransferPlanner:
         self,
         plan: TransferPlan,
         time: float,
-        stop: Stop,
+        station: Station,
         age: float,
         limits: SliderLimits,
         allowed: float,
     ) -> Interruptible[TransferPlan | None]:
-        """Return what is left of a ``plan`` with another motion of the stop that it leads to.
+        """Return what is left of a ``plan`` with another motion of the station that it leads to.
 
         The way in the frame stays as it is, and so do its heights: whatever the other motion is,
         the place stays at the height, or on the slope, that it was planned for. Where it is not met
@@ -309,8 +310,8 @@ class TransferPlanner:
         Args:
             plan: that is driven.
             time: in it, when the next one begins [s].
-            stop: how the place moves.
-            age: time from that of the stop to then [s].
+            station: how the place moves.
+            age: time from that of the station to then [s].
             limits: of the sliders.
             allowed: so far from the place the platform may be at the arrival [m].
 
@@ -328,7 +329,7 @@ class TransferPlanner:
         # What is asked of the place is that it is met at the arrival, and kept to in the dwell.
         instant = leg.arrival if now < leg.arrival else end
         there = plus(_frame_at(leg, instant).displacement, _end_of(leg.base))
-        place = _on_slope(stop.after(age - now), there, leg.slope)
+        place = _on_slope(station.after(age - now), there, leg.slope)
         missed = math.dist(there, place.after(instant).position)
         if missed <= UNSEEN * allowed or end - now <= CATCHING_UP:
             return None
@@ -525,30 +526,30 @@ class TransferPlanner:
         self,
         here: Vector3,
         frame: MovingTarget,
-        stop: Stop,
+        station: Station,
         age: float,
         wait: float,
         limits: SliderLimits,
     ) -> Interruptible[Leg]:
-        """Return the leg to a ``stop``, which takes as long as it has to.
+        """Return the leg to a ``station``, which takes as long as it has to.
 
         Args:
             here: where the platform is. Shape (3,) [m].
-            frame: how the stop moves that it is at.
-            stop: to be reached.
-            age: time from that of the stop to the begin of the leg [s].
+            frame: how the station moves that it is at.
+            station: to be reached.
+            age: time from that of the station to the begin of the leg [s].
             wait: rest in the frame before it begins [s].
             limits: of the sliders.
         """
-        if not stop.moves and not (any(frame.velocity) or any(frame.acceleration)):
-            base = yield from self._timed(self._way(here, stop.position), limits)
+        if not station.moves and not (any(frame.velocity) or any(frame.acceleration)):
+            base = yield from self._timed(self._way(here, station.position), limits)
             base = base.delayed(wait)
             yield from check_place(base.heights.driven, self.workspace, 0.0)
             return Leg(base, base, wait, wait, base.duration)
-        guess = self._guess(here, stop.after(age + wait).position, limits)
+        guess = self._guess(here, station.after(age + wait).position, limits)
         refusal: KinematicsError | None = None
         for part in PARTS_OF_LEG:
-            carried = self._carried_leg(here, frame, stop, age, wait, limits, part, guess)
+            carried = self._carried_leg(here, frame, station, age, wait, limits, part, guess)
             leg, refusal, guess = yield from carried
             if leg is not None:
                 return leg
@@ -560,7 +561,7 @@ class TransferPlanner:
         self,
         here: Vector3,
         frame: MovingTarget,
-        stop: Stop,
+        station: Station,
         age: float,
         wait: float,
         limits: SliderLimits,
@@ -571,9 +572,9 @@ class TransferPlanner:
 
         Args:
             here: where the platform is. Shape (3,) [m].
-            frame: how the stop moves that it is at.
-            stop: to be reached.
-            age: time from that of the stop to the begin of the leg [s].
+            frame: how the station moves that it is at.
+            station: to be reached.
+            age: time from that of the station to the begin of the leg [s].
             wait: rest in the frame before it begins [s].
             limits: of the sliders.
             part: in (0, 1].
@@ -585,14 +586,14 @@ class TransferPlanner:
         Raises:
             KinematicsError: if the place cannot be reached.
         """
-        place = stop.after(age)
-        changes = any(stop.acceleration) or any(frame.acceleration)
+        place = station.after(age)
+        changes = any(station.acceleration) or any(frame.acceleration)
         less = limits.times(*(LEFT_IN_CHANGE if changes else LEFT_TO_BASE))
         stretch, refusal = 1.0, TransferError("the place is not met: it moves too fast")
         natural: PathPlan | None = None
         early, late = PART_OF_GUESS * guess, (1.0 - PART_OF_GUESS) * guess
         instants: tuple[float, ...] = (wait + guess, wait + late, wait + early)
-        first, goal = self._ends(here, frame, place, stop.moves, instants, part)
+        first, goal = self._ends(here, frame, place, station.moves, instants, part)
         last: tuple[float, float] | None = None
         planned = 0
         for _ in range(ATTEMPTS):
@@ -608,7 +609,7 @@ class TransferPlanner:
             base = PathPlan(natural.heights, natural.scaling.slower(stretch).delayed(wait))
             arrival, (upright, leaves) = base.duration, _upright(base)
             found = arrival, upright, leaves
-            ends = self._ends(here, frame, place, stop.moves, found, part)
+            ends = self._ends(here, frame, place, station.moves, found, part)
             if max(math.dist(ends[0], first), math.dist(ends[1], goal)) > AIMED:
                 # How long it takes depends on where the place is met: a secant, or about that.
                 off = arrival - instants[0]
@@ -622,14 +623,14 @@ class TransferPlanner:
                 later = off / (1.0 - min(max(slope, -1.0), 0.5)) - off
                 ratio = max(1.0 + later / (arrival - wait), 0.1)
                 instants = tuple(wait + ratio * (each - wait) for each in found)
-                first, goal = self._ends(here, frame, place, stop.moves, instants, part)
+                first, goal = self._ends(here, frame, place, station.moves, instants, part)
                 natural = None
                 continue
-            for instant in (arrival, arrival + stop.dwell):
+            for instant in (arrival, arrival + station.dwell):
                 self.workspace.check_position(place.after(instant).position)
-            begin, met = _goes_over(found, part, stop.moves)
+            begin, met = _goes_over(found, part, station.moves)
             present = FrameState(first, frame.velocity, frame.acceleration)
-            end_of_leg = arrival + (stop.dwell if stop.moves else 0.0)
+            end_of_leg = arrival + (station.dwell if station.moves else 0.0)
             carriage = self._carriage(present, 0.0, place, goal, met, arrival, end_of_leg, begin)
             carried = CarriedPlan(self.workspace.machine, base, carriage, end_of_leg)
             try:
@@ -640,9 +641,9 @@ class TransferPlanner:
             except KinematicsError as error:
                 return None, error, guess
             if use.keeps_limits:
-                tilt = _slope_of(stop)
-                dwell = stop.dwell if stop.moves else 0.0
-                leg = Leg(carried, base, begin, met, arrival, 0.0, tilt, stop.moves, dwell)
+                tilt = _slope_of(station)
+                dwell = station.dwell if station.moves else 0.0
+                leg = Leg(carried, base, begin, met, arrival, 0.0, tilt, station.moves, dwell)
                 return leg, None, guess
             slower = _slowdown(use, limits)
             if slower > MUCH_SLOWER and planned < PLANNED_FOR_LESS:
@@ -677,7 +678,7 @@ class TransferPlanner:
 
         Args:
             here: where the platform is. Shape (3,) [m].
-            frame: how the stop moves that it is at.
+            frame: how the station moves that it is at.
             place: to be reached, as of the start.
             moves: whether it moves.
             instants: of the arrival, of the begin of the way down, and of the end of that up [s].
@@ -719,7 +720,7 @@ class TransferPlanner:
     def _lift(
         self, here: Vector3, frame: MovingTarget, wait: float, limits: SliderLimits
     ) -> Interruptible[Leg]:
-        """Return the leg up from a stop, to rest."""
+        """Return the leg up from a station, to rest."""
         x, y, z = here
         top = max(self.height, z + SAME_WAY * 10.0)
         path = PlatformPath.start(here).line_to((x, y, top))
@@ -874,10 +875,10 @@ def _slower_leg(leg: Leg, now: float, rate: float) -> Leg:
 
 
 def _goes_over(instants: tuple[float, ...], part: float, moves: bool) -> tuple[float, float]:
-    """Return when a frame begins to go over to the next stop, and when that is met [s]."""
+    """Return when a frame begins to go over to the next station, and when that is met [s]."""
     _, upright, leaves = instants
     time = part * (upright - leaves)
-    # Where the next stop rests, the frame of the one before is soon left.
+    # Where the next station rests, the frame of the one before is soon left.
     begin = upright - time if moves else leaves
     return begin, begin + time
 
@@ -902,9 +903,9 @@ def _in_frame(leg: Leg) -> Trajectory:
     return leg.plan.base if isinstance(leg.plan, CarriedPlan) else leg.plan
 
 
-def _slope_of(stop: Stop) -> tuple[float, float] | None:
-    """Return how much higher a ``stop`` is for its way along x and y; None if it goes upright."""
-    x, y, z = stop.velocity if any(stop.velocity) else stop.acceleration
+def _slope_of(station: Station) -> tuple[float, float] | None:
+    """Return how much higher a ``station`` is for its way along x and y; None if upright."""
+    x, y, z = station.velocity if any(station.velocity) else station.acceleration
     level = x * x + y * y
     if level == 0.0:
         return None if z else (0.0, 0.0)

@@ -10,7 +10,7 @@ from rclpy.clock import Clock
 from tri_glide_interfaces.msg import StationState
 from tri_glide_kinematics.checks import finite
 from tri_glide_kinematics.errors import OutOfBoundsError, WrongShapeError
-from tri_glide_kinematics.motion.engine import Stop, Transfer, TransferProgress
+from tri_glide_kinematics.motion.engine import Station, Transfer, TransferProgress
 from tri_glide_kinematics.ros.messages import (
     age_of_target,
     ahead_of_steady,
@@ -59,7 +59,7 @@ def transfer_of(request: Any, base_frame: str, clock: Clock) -> Transfer:
     )
 
 
-def renewal_of(message: StationState, base_frame: str, clock: Clock) -> tuple[int, Stop, float]:
+def renewal_of(message: StationState, base_frame: str, clock: Clock) -> tuple[int, Station, float]:
     """Return which station moves otherwise, how, and when it was there, by time.monotonic() [s].
 
     Raises:
@@ -72,8 +72,8 @@ def renewal_of(message: StationState, base_frame: str, clock: Clock) -> tuple[in
     position, velocity, acceleration = (vector_of(each) for each in vectors)
     for value in (*position, *velocity, *acceleration):
         finite("station state", value)
-    stop = Stop(position, 0.0, velocity, acceleration)
-    return message.station, stop, seen
+    station = Station(position, 0.0, velocity, acceleration)
+    return message.station, station, seen
 
 
 def arrival_stamps(progress: TransferProgress, delay: float, clock: Clock) -> list[int]:
@@ -91,7 +91,7 @@ def arrival_stamps(progress: TransferProgress, delay: float, clock: Clock) -> li
     ]
 
 
-def _station(message: Any, number: int) -> Stop:
+def _station(message: Any, number: int) -> Station:
     outputs, times = message.outputs, message.output_times
     name = f"stations[{number}]"
     if len(outputs) != len(times):
@@ -105,7 +105,7 @@ def _station(message: Any, number: int) -> Stop:
         finite(f"{name}.outputs.value", output.value)
     if not message.dwell <= LONGEST:
         raise OutOfBoundsError(f"{name}.dwell", message.dwell, f"at most {LONGEST:g}", "s")
-    return Stop(
+    return Station(
         vector_of(message.position),
         message.dwell,
         vector_of(message.velocity),
