@@ -328,7 +328,7 @@ def test_without_the_proof_limits_would_be_exceeded(monkeypatch):
 
 def test_legs_that_do_not_join_are_refused():
     first, second, *_ = plan(even((0.2, 0.0, 0.0))).legs
-    other, _ = plan(even((0.1, 0.0, 0.0))).legs
+    other, *_ = plan(even((0.1, 0.0, 0.0))).legs
     TransferPlan((first, second))
     with pytest.raises(TransferError, match=r"legs do not join: .* at most 1e-06"):
         TransferPlan((other, second))
