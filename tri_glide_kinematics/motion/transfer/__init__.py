@@ -10,6 +10,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.transfer.legs import Station as Station
     from tri_glide_kinematics.motion.transfer.legs import TransferError as TransferError
     from tri_glide_kinematics.motion.transfer.legs import TransferPlan as TransferPlan
-    from tri_glide_kinematics.motion.transfer.legs import TransferPlanner as TransferPlanner
+    from tri_glide_kinematics.motion.transfer.planner import TransferPlanner as TransferPlanner
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
