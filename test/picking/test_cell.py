@@ -82,5 +82,7 @@ def test_full_places_end_the_run_in_the_last_one():
     cell.run_until(lambda cell: not cell.picker.is_running, 40.0).cycle(50)
     assert outcomes(cell)[PartOutcome.PLACED] == 2
     assert cell.picker.text == "all places are full"
+    cell.picker.run()
+    assert not places.is_full
     where = [part.placed for part in cell.parts if part.placed is not None]
     assert sorted(where) == [pytest.approx((0.0, -0.1, LOW)), pytest.approx((0.05, -0.1, LOW))]

@@ -226,6 +226,9 @@ class Picker:
             self._is_closed = self._waits = False
             self._heard = math.inf
             self._stops, self._ends, self._left = None, "", count or math.inf
+            if self._places.is_full:
+                # Somebody has put other places there: else there would be nothing to run for.
+                self._places.empty()
 
     @property
     def target(self) -> int:
