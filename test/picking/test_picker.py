@@ -197,6 +197,15 @@ def test_whatever_ends_a_transfer_gives_one_outcome_and_nothing_begins_again(hap
     assert all(part.outcome for part in on_the_way)
 
 
+def test_a_gripper_that_somebody_else_has_closed_is_emptied_first():
+    cell = Cell()
+    cell.picker.note_gripper(is_closed=True)
+    with pytest.raises(GripperClosedError):
+        cell.picker.run()
+    cell.picker.note_gripper(is_closed=False)
+    cell.picker.run()
+
+
 def test_a_sensor_tells_what_was_missed_and_what_was_lost_and_the_places_stay_free():
     tray = Places(grid((0.2, 0.2, 0.0), (1, 20), ((0.0, 0.0, 0.0), (0.0, 0.03, 0.0))))
     cell = Cell(places=tray, losing=0.4)

@@ -96,6 +96,9 @@ RESTING = (MachineState.IDLE, MachineState.DISABLED)
 # be late by that [s].
 OLDEST, AHEAD = 5.0, 1.0
 
+# More parts in a picture would keep the node from its other work for too long.
+MOST_PARTS = 100
+
 # Pictures that are kept to teach by, and how old those may be that teach a latency [s].
 MOST_VIEWS, SEEN_OF_LATE = 500, 2.0
 
@@ -390,7 +393,10 @@ class PickNode(Node):
             return
         self._keep_view(message, made)
         then = made - camera.latency
-        for part in message.parts:
+        count = len(message.parts)
+        if count > MOST_PARTS:
+            self._unusable.add(f"{count} parts in a picture: the first {MOST_PARTS} count")
+        for part in message.parts[:MOST_PARTS]:
             seen = vector_of(part.position)
             if not all(map(math.isfinite, (*seen, part.angle))):
                 self._unusable.add("a part was seen at a place that is no number")
@@ -421,6 +427,8 @@ class PickNode(Node):
                 self._ordered.remove(order)
                 self._passed.append(order)
                 return
+        # Somebody else has moved it, or this node before it was started anew.
+        self._picker.note_gripper(is_closed=closes)
 
     def _on_machine(self, message: MachineState) -> None:
         self._machine, self._heard_at = message, time.monotonic()

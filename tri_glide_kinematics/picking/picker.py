@@ -230,6 +230,11 @@ class Picker:
                 # Somebody has put other places there: else there would be nothing to run for.
                 self._places.empty()
 
+    def note_gripper(self, *, is_closed: bool) -> None:
+        """Note that somebody else has closed or opened the gripper."""
+        if not self.is_running:
+            self._is_closed = is_closed
+
     @property
     def target(self) -> int:
         """Number of the part that is to be gripped next; 0 for none."""

@@ -671,7 +671,9 @@ class Transfer(Command):
         """Return the target in words."""
         place = vector_text(self.stations[0].position, 6)
         moves = ", which moves" if self.stations[0].moves else ""
-        return f"transfer of {len(self.stations)} stations, the first at {place} m{moves}"
+        count = len(self.stations)
+        stations = "a station" if count == 1 else f"{count} stations, the first"
+        return f"transfer to {stations} at {place} m{moves}"
 
     def has_turn(self, now: float, period: float, present: float) -> None:
         """Work out how old the positions of the stations are, and how long it stays."""
