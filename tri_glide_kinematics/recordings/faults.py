@@ -98,7 +98,8 @@ class FaultRecorder:
         # No copy: a large one would take the time of a cycle.
         rows, count = self._rows, self._count
         self._rows, self._count = bytearray(self._size), 0
-        Thread(target=self._write, args=(rows, count, until - RAMP, remark)).start()
+        writing = (rows, count, until - RAMP, remark)
+        Thread(target=self._write, args=writing, name="recording of a fault").start()
 
     def _write(self, data: bytearray, count: int, fault_at: float, remark: str) -> None:
         rows: FloatArray = np.frombuffer(data).reshape(-1, len(HEADS))
