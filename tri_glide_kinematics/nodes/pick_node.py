@@ -319,13 +319,13 @@ class PickNode(Node):
             goal.leave_at = self._stamp_of(transfer.leave_at)
             self._free_since = max(now, transfer.leave_at)
         for station in transfer.stations:
-            station = TransferStation(dwell=station.dwell)
-            _write_motion(station, station)
+            told = TransferStation(dwell=station.dwell)
+            _write_motion(told, station)
             for after, order in station.outputs:
                 self._ordered.append(order)
-                station.output_times.append(after)
-                station.outputs.append(self._output(closes=order.closes))
-            goal.stations.append(station)
+                told.output_times.append(after)
+                told.outputs.append(self._output(closes=order.closes))
+            goal.stations.append(told)
         self._transfer, self._reach_since = transfer, now
         self._goal = SentGoal(self._transfers, goal)
 
