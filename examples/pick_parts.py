@@ -5,6 +5,7 @@ python3 examples/pick_parts.py 2
 """
 
 import sys
+import time
 
 import rclpy
 from rclpy.action import ActionClient
@@ -12,6 +13,8 @@ from rclpy.node import Node
 
 from tri_glide_interfaces.action import Pick
 from tri_glide_interfaces.msg import PartEvent, PickState
+
+TRIES = 10
 
 
 def result_of(node: Node, client: ActionClient, goal: Pick.Goal) -> Pick.Result:
@@ -38,7 +41,12 @@ def main() -> int:
         rclpy.spin_once(node)
     client = ActionClient(node, Pick, "pick_node/run")
     client.wait_for_server()
-    result = result_of(node, client, Pick.Goal(count=int(sys.argv[1])))
+    for _ in range(TRIES):
+        result = result_of(node, client, Pick.Goal(count=int(sys.argv[1])))
+        if result.code != Pick.Result.REFUSED:
+            break
+        # A node that was just started has not heard of the machine yet.
+        time.sleep(1.0)
     print(result.text)
     return 0 if result.code == Pick.Result.SUCCEEDED else 1
 
