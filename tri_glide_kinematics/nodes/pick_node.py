@@ -138,7 +138,6 @@ class _Run:
     before: dict[str, int]
     code: int | None = None
     text: str = ""
-    is_cancelled: bool = False
 
 
 class PickNode(Node):
@@ -535,8 +534,7 @@ class PickNode(Node):
         self._run = _Run(before)
         return self._run
 
-    def _cancel(self, run: _Run) -> None:
-        run.is_cancelled = True
+    def _cancel(self, _run: _Run) -> None:
         self._picker.finish("cancelled")
 
     def _look_at_run(self) -> None:

@@ -330,7 +330,7 @@ class Replanning:
     ) -> Interruptible[HeldMotion]:
         """Return ``held`` with a braking of a transfer, which goes no deeper than its ``plan``.
 
-        The sliders' own stops may lead below the stop that it is at, or comes to.
+        The sliders' own stops may lead below the station that it is at, or comes to.
         """
         limits, goal = held.limits.effective, held.goal
         reason = TransferError("new limits do not allow the transfer to go on")
