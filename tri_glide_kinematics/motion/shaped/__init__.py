@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.shaped.bends import DrivenPart as DrivenPart
     from tri_glide_kinematics.motion.shaped.shaped import LimitBounds as LimitBounds
     from tri_glide_kinematics.motion.shaped.shaped import Planned as Planned
+    from tri_glide_kinematics.motion.shaped.shaped import SeriesPlan as SeriesPlan
     from tri_glide_kinematics.motion.shaped.shaped import ShapedTrajectory as ShapedTrajectory
     from tri_glide_kinematics.motion.shaped.shaped import planned_shaped as planned_shaped
     from tri_glide_kinematics.motion.shaped.slowed import SlowedPlan as SlowedPlan

@@ -214,7 +214,7 @@ class PathDriven(NamedTuple):
 
     bends: Bends
     begins: FloatArray
-    parts: list[DrivenPart]
+    parts: list[PathPart]
 
     def ways(self, times: FloatArray, half: FloatArray) -> FloatArray:
         """Return the ways in cells of time: six rows for each.
@@ -232,11 +232,8 @@ class PathDriven(NamedTuple):
         for index in sorted(set(owner.tolist())):
             begin, plan, skipped = self.parts[index]
             mine = owner == index
-            assert isinstance(plan, PathPlan)
-            (values, bounds), h = (
-                plan.way_series(times[mine] - begin + skipped, half[mine]),
-                half[mine],
-            )
+            h = half[mine]
+            values, bounds = plan.way_series(times[mine] - begin + skipped, h)
             values, bounds = values[:, 0], bounds[:, 0]
             powers = h ** np.arange(6.0)[:, np.newaxis]
             even, odd = (values * powers)[::2].sum(axis=0), (values * powers)[1::2].sum(axis=0)
@@ -249,9 +246,7 @@ class PathDriven(NamedTuple):
         """Return the index of the segment where the platform is at a ``time`` [s]."""
         when = np.array([time])
         place = self.ways(when, np.zeros(1))[0]
-        last = self.parts[-1].plan
-        assert isinstance(last, PathPlan)
-        return int(last.heights.driven.segment_of(place)[0])
+        return int(self.parts[-1].plan.heights.driven.segment_of(place)[0])
 
     def cut(
         self, times: FloatArray, half: FloatArray, amplitudes: FloatArray
@@ -292,24 +287,23 @@ class PathDriven(NamedTuple):
         return gap / allowed, np.maximum(bound, gap) / allowed
 
 
-def along_one_path(driven: Sequence[DrivenPart], apart: float) -> list[DrivenPart]:
+def along_one_path(driven: Sequence[DrivenPart], apart: float) -> list[PathPart]:
     """Return the last parts that lead along one path.
 
     Args:
         driven: all of them.
         apart: each ends so near to where the next one begins [m].
     """
-    parts: list[DrivenPart] = []
-    for part in reversed(driven):
-        if not isinstance(part.plan, PathPlan):
+    parts: list[PathPart] = []
+    for begin, plan, skipped in reversed(driven):
+        if not isinstance(plan, PathPlan):
             break
         if parts:
             following = parts[0]
-            assert isinstance(following.plan, PathPlan)
-            end = part.plan.place(following.begin - part.begin + part.skipped)
+            end = plan.place(following.begin - begin + skipped)
             if not abs(end - following.plan.place(following.skipped)) <= apart:
                 break
-        parts.insert(0, part)
+        parts.insert(0, PathPart(begin, plan, skipped))
     return parts
 
 
@@ -319,8 +313,6 @@ def path_driven(driven: Sequence[DrivenPart]) -> PathDriven | None:
     if not parts:
         return None
     first, last = parts[0].plan, parts[-1].plan
-    assert isinstance(first, PathPlan)
-    assert isinstance(last, PathPlan)
     path = last.heights.driven
     ends = np.array((first.scaling.ways[0], last.scaling.ways[-1]))
     begin, end = path.spans_of(ends).tolist()
@@ -339,4 +331,12 @@ class DrivenPart(NamedTuple):
 
     begin: float
     plan: Trajectory
+    skipped: float
+
+
+class PathPart(NamedTuple):
+    """A ``DrivenPart`` that leads along a path."""
+
+    begin: float
+    plan: PathPlan
     skipped: float

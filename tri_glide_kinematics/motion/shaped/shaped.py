@@ -11,9 +11,10 @@ What was driven before belongs to it: the shaped motion remembers it as long as 
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
+from functools import cached_property, partial
 from math import ceil, hypot, inf, sqrt
 from typing import NamedTuple
 
@@ -46,9 +47,7 @@ from tri_glide_kinematics.motion.shaped.bends import (
 )
 from tri_glide_kinematics.motion.shaping import Shaper, Shaping
 from tri_glide_kinematics.motion.trajectory import (
-    LinePlan,
     MixedSeries,
-    PathPlan,
     Trajectory,
     close_to,
     joined_series,
@@ -66,6 +65,9 @@ LEAST_AT_ONCE = 12
 
 # Knots that are closer are one: a jerk this long is below rounding [s].
 SAME_TIME = 1e-11
+
+# One impulse at once changes nothing.
+_UNSHAPED = Shaper((0.0,), (1.0,))
 
 # So long a motion is proved together to be inside the workspace, at most [s].
 CHECKED_TOGETHER = 1.0
@@ -169,7 +171,34 @@ class LimitBounds(NamedTuple):
         return Planned(planned.limits.with_table(table).with_added(*added), cut)
 
 
-class ShapedTrajectory(Trajectory):
+class BoundedPlan(Trajectory):
+    """A plan whose limits are proved by bounds of how much of them it uses."""
+
+    @abstractmethod
+    def limit_use(
+        self, limits: SliderLimits, since: float = 0.0, region: Workspace | None = None
+    ) -> Interruptible[LimitBounds]:
+        """Return bounds of how much of the limits is used, from the time ``since`` [s] on.
+
+        Where a bound is beyond a limit, or outside the travel in a ``region``, cells are made
+        smaller, and so the bounds.
+        """
+
+    def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
+        """Compare bounds of the derivatives with the limits.
+
+        Raises:
+            SliderLimitError: if a limit may be exceeded.
+        """
+        at_once(self.checking_sliders(limits, since))
+
+    def checking_sliders(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[None]:
+        """Do the same, in pieces."""
+        limits = limits.with_added()
+        (yield from self.limit_use(limits, since)).check(limits)
+
+
+class ShapedTrajectory(BoundedPlan):
     """The shaped motion of some plans, of which each takes over from the one before.
 
     Attributes:
@@ -247,8 +276,7 @@ class ShapedTrajectory(Trajectory):
             before = time - delay
             # Before the first of these parts, the place where that begins.
             index = max(bisect_right(self._begins, before) - 1, first)
-            begin, plan, skipped = self.driven[index]
-            assert isinstance(plan, PathPlan)
+            begin, plan, skipped = parts[index - first]
             mean += amplitude * plan.place(max(before - begin, 0.0) + skipped)
         return mean
 
@@ -299,11 +327,7 @@ class ShapedTrajectory(Trajectory):
     def limit_use(
         self, limits: SliderLimits, since: float = 0.0, region: Workspace | None = None
     ) -> Interruptible[LimitBounds]:
-        """Return bounds of how much of the limits is used, from the time ``since`` [s] on.
-
-        Where a bound is beyond a limit, or outside the travel in a ``region``, cells are made
-        smaller, and so the bounds.
-        """
+        """Return bounds of how much of the limits is used, by Taylor series in cells of time."""
         path = path_driven(self.driven)
         edges = self.knots()
         edges = ascending(np.append(edges[edges > since], since))
@@ -314,8 +338,8 @@ class ShapedTrajectory(Trajectory):
         cells = []
         lowest = highest = np.array(self.at(self.duration).heights)
         yield
-        moving = [part.plan for part in self.driven if part.plan.duration > 0.0]
-        is_along = all(isinstance(plan, (LinePlan, PathPlan)) for plan in moving)
+        moving = (part.plan for part in self.driven if part.plan.duration > 0.0)
+        is_along = all(plan.is_along_curve for plan in moving)
         copies = COPIES_ALONG_CURVE if is_along else COPIES_OF_SLIDERS
         together = max(min(CELLS_AT_ONCE, copies // len(self.shaper.times)), LEAST_AT_ONCE)
         while len(middles):
@@ -389,19 +413,6 @@ class ShapedTrajectory(Trajectory):
         before = np.subtract.outer(times, self.shaper.times).T
         return path.cut(before, half, np.array(self.shaper.amplitudes))
 
-    def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
-        """Compare bounds of the derivatives with the limits.
-
-        Raises:
-            SliderLimitError: if a limit may be exceeded.
-        """
-        at_once(self.checking_sliders(limits, since))
-
-    def checking_sliders(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[None]:
-        """Do the same, in pieces."""
-        limits = limits.with_added()
-        (yield from self.limit_use(limits, since)).check(limits)
-
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Check travel, and return the check of the way; of a line, until it is left no more."""
         # A closer look tells nothing new if the look at the limits was for this region.
@@ -411,11 +422,9 @@ class ShapedTrajectory(Trajectory):
         assert self._extremes is not None
         self.check_travel(*self._extremes, region)
         begin, plan, skipped = self.driven[-1]
-        until = self.duration
-        if isinstance(plan, LinePlan):
-            # From then on the mean is a place of that line, which was checked with its plan.
-            blend = 0.0 if plan.blend is None else plan.blend.duration
-            until = min(until, begin + max(blend - skipped, 0.0) + self.shaper.duration)
+        # From then on the mean is a place of that line, which was checked with its plan.
+        on_line = begin + max(plan.straight_from - skipped, 0.0) + self.shaper.duration
+        until = min(self.duration, on_line)
         if until <= 0.0:
             return ()
         most = hypot(*limits.acceleration)
@@ -456,6 +465,35 @@ class ShapedTrajectory(Trajectory):
 
     def _since(self, begin: float, time: float) -> SliderState:
         return self.at(begin + time)
+
+
+class SeriesPlan(BoundedPlan):
+    """A plan of which setpoints and Taylor series are known; they prove all the rest."""
+
+    def __init__(self, machine: TriGlide, duration: float) -> None:
+        """Move the sliders of a ``machine`` for a ``duration`` [s]."""
+        self._machine = machine
+        self.duration = duration
+
+    @cached_property
+    def _proof(self) -> ShapedTrajectory:
+        """The same motion, as it is proved."""
+        return ShapedTrajectory(self._machine, _UNSHAPED, (DrivenPart(0.0, self, 0.0),))
+
+    def sample(self, times: FloatArray) -> SampledPlan:
+        """Return the setpoints at many ``times``. Shape (n,) [s]."""
+        states = [self.at(time) for time in np.asarray(times).tolist()]
+        return SampledPlan(times, *np.array(states).reshape(-1, 3, 3).transpose(1, 0, 2))
+
+    def limit_use(
+        self, limits: SliderLimits, since: float = 0.0, region: Workspace | None = None
+    ) -> Interruptible[LimitBounds]:
+        """Return bounds of how much of the limits is used, from the time ``since`` [s] on."""
+        return self._proof.limit_use(limits, since, region)
+
+    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
+        """Return the checks of travel and of the way."""
+        return self._proof.checks_inside(region, limits)
 
 
 def _between(lowest: FloatArray, highest: FloatArray, region: Workspace) -> BoolArray:

@@ -20,18 +20,14 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.limits import (
-    SampledPlan,
     SliderLimits,
     SliderState,
     composed,
     moved,
     polynomial,
 )
-from tri_glide_kinematics.motion.shaped.bends import DrivenPart
-from tri_glide_kinematics.motion.shaped.shaped import LimitBounds, ShapedTrajectory
-from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.shaped.shaped import SeriesPlan
 from tri_glide_kinematics.motion.trajectory import MixedSeries, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3, ascending
@@ -40,11 +36,8 @@ from tri_glide_kinematics.workspace import Traced, Workspace
 # Steps of a bisection: then an instant is known to rounding.
 _HALVINGS = 60
 
-# One impulse at once changes nothing.
-_UNSHAPED = Shaper((0.0,), (1.0,))
 
-
-class SlowedPlan(Trajectory):
+class SlowedPlan(SeriesPlan):
     """Another plan, from an instant of it on, slowed down to rest.
 
     Attributes:
@@ -53,10 +46,9 @@ class SlowedPlan(Trajectory):
 
     def __init__(self, machine: TriGlide, plan: Trajectory, begin: float, duration: float) -> None:
         """Slow down a ``plan`` of a ``machine`` from a time ``begin`` in it on [s]."""
-        self._machine = machine
+        super().__init__(machine, duration)
         self._plan = plan
         self._begin = begin
-        self.duration = duration
 
     def at(self, time: float) -> SliderState:
         """Return the setpoint at a ``time`` [s]; outside, that of the start or of the end."""
@@ -74,11 +66,6 @@ class SlowedPlan(Trajectory):
             slower,
             (squared * a1 + bend * v1, squared * a2 + bend * v2, squared * a3 + bend * v3),
         )
-
-    def sample(self, times: FloatArray) -> SampledPlan:
-        """Return the setpoints at many ``times``. Shape (n,) [s]."""
-        states = [self.at(time) for time in np.asarray(times).tolist()]
-        return SampledPlan(times, *np.array(states).reshape(-1, 3, 3).transpose(1, 0, 2))
 
     def knots(self) -> FloatArray:
         """Return the instants between which it is smooth: those of the other plan, later."""
@@ -101,24 +88,6 @@ class SlowedPlan(Trajectory):
         there = self._begin + passed[0, 0]
         outer, of_sliders = self._plan.mixed_series(machine, there, half * inner.bounds[1, 0])
         return composed(outer, inner), of_sliders
-
-    def limit_use(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[LimitBounds]:
-        """Return bounds of how much of the limits is used, from the time ``since`` [s] on."""
-        motion = ShapedTrajectory(self._machine, _UNSHAPED, (DrivenPart(0.0, self, 0.0),))
-        return (yield from motion.limit_use(limits, since))
-
-    def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
-        """Compare bounds of the derivatives with the limits.
-
-        Raises:
-            SliderLimitError: if a limit may be exceeded.
-        """
-        at_once(self.checking_sliders(limits, since))
-
-    def checking_sliders(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[None]:
-        """Do the same, in pieces."""
-        limits = limits.with_added()
-        (yield from self.limit_use(limits, since)).check(limits)
 
     def checks_inside(self, _region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
         """Return nothing: the other plan was checked, and this leads to no other place."""

@@ -48,6 +48,8 @@ class CurvePlan(Trajectory):
         blend: slider offsets that lead from the motion before onto the curve, or None.
     """
 
+    is_along_curve = True
+
     def __init__(self, curve: Curve, scaling: TimeScaling, blend: CubicPlan | None = None) -> None:
         """Prepare the plan; the time scaling ends at rest or is continued, the blend ends at zero.
 
@@ -295,6 +297,11 @@ class LinePlan(CurvePlan):
         line.heights_at(float(scaling.ways[-1]))
         super().__init__(line, scaling, blend)
         self.line = line
+
+    @property
+    def straight_from(self) -> float:
+        """From when on the platform is on the line: the end of the blend [s]."""
+        return 0.0 if self.blend is None else self.blend.duration
 
     def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
         """Return the checks of the line, and of the way beside it if there is one."""

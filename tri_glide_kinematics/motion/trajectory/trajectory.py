@@ -11,7 +11,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import accumulate
 from math import inf
-from typing import NamedTuple, TypeVar
+from typing import ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -62,11 +62,18 @@ class Trajectory(ABC):
 
     Attributes:
         duration: time from the start until all sliders rest [s].
+        is_along_curve: whether the platform moves along one curve.
     """
 
     __slots__ = ()
 
     duration: float
+    is_along_curve: ClassVar[bool] = False
+
+    @property
+    def straight_from(self) -> float:
+        """From when on the platform is on one straight line; infinite where there is none [s]."""
+        return inf
 
     def __repr__(self) -> str:
         """Return its kind and how long it takes."""

@@ -9,32 +9,24 @@ the frame of the belt, and how deep it goes does not depend on what the belt doe
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.limits import (
     AT_REST,
-    SampledPlan,
     Series,
-    SliderLimits,
     SliderState,
     arms_of,
     moved,
     polynomial,
     slider_state,
 )
-from tri_glide_kinematics.motion.shaped import DrivenPart, LimitBounds, ShapedTrajectory
-from tri_glide_kinematics.motion.shaping import Shaper
+from tri_glide_kinematics.motion.shaped import SeriesPlan
 from tri_glide_kinematics.motion.trajectory import MixedSeries, TimeScaling, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3, ascending
-from tri_glide_kinematics.workspace import Traced, Workspace
-
-# One impulse at once changes nothing.
-_UNSHAPED = Shaper((0.0,), (1.0,))
 
 
 class FrameState(NamedTuple):
@@ -98,7 +90,7 @@ class Carriage:
         return polynomial(coefficients, half)
 
 
-class CarriedPlan(Trajectory):
+class CarriedPlan(SeriesPlan):
     """A plan in a frame that moves, from an instant of it on.
 
     Attributes:
@@ -117,12 +109,10 @@ class CarriedPlan(Trajectory):
         begin: float = 0.0,
     ) -> None:
         """Carry a ``base`` from ``begin`` to ``end``, times in it [s]."""
+        super().__init__(machine, end - begin)
         self.base, self.carriage, self.begin = base, carriage, begin
-        self.duration = end - begin
-        self._machine = machine
         self._arms = arms_of(machine.geometry)
         self._rests = end >= carriage.times[-1]
-        self._shaped: ShapedTrajectory | None = None
 
     def platform_at(self, machine: TriGlide, time: float) -> tuple[float, ...]:
         """Return how the platform moves at a ``time`` [s]."""
@@ -141,11 +131,6 @@ class CarriedPlan(Trajectory):
         """Return the setpoint at a ``time`` [s]; outside, that of the start or of the end."""
         return slider_state(self._arms, self.platform_at(self._machine, time))
 
-    def sample(self, times: FloatArray) -> SampledPlan:
-        """Return the setpoints at many ``times``. Shape (n,) [s]."""
-        states = [self.at(time) for time in np.asarray(times).tolist()]
-        return SampledPlan(times, *np.array(states).reshape(-1, 3, 3).transpose(1, 0, 2))
-
     def knots(self) -> FloatArray:
         """Return the instants between which it is smooth: those of both motions."""
         knots = np.concatenate((self.base.knots(), self.carriage.times)) - self.begin
@@ -158,31 +143,3 @@ class CarriedPlan(Trajectory):
         carried = self.carriage.series(there, half)
         series = self.base.platform_series(machine, there, half).plus(carried)
         return series, np.zeros(len(times), dtype=bool)
-
-    def limit_use(
-        self, limits: SliderLimits, since: float = 0.0, region: Workspace | None = None
-    ) -> Interruptible[LimitBounds]:
-        """Return bounds of how much of the limits is used, from the time ``since`` [s] on."""
-        if self._shaped is None:
-            driven = (DrivenPart(0.0, self, 0.0),)
-            self._shaped = ShapedTrajectory(self._machine, _UNSHAPED, driven)
-        return (yield from self._shaped.limit_use(limits, since, region))
-
-    def check_sliders(self, limits: SliderLimits, since: float = 0.0) -> None:
-        """Compare bounds of the derivatives with the limits.
-
-        Raises:
-            SliderLimitError: if a limit may be exceeded.
-        """
-        at_once(self.checking_sliders(limits, since))
-
-    def checking_sliders(self, limits: SliderLimits, since: float = 0.0) -> Interruptible[None]:
-        """Do the same, in pieces."""
-        (yield from self.limit_use(limits.with_added(), since)).check(limits.with_added())
-
-    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Return the checks of travel and of the way."""
-        if self._shaped is None:
-            at_once(self.limit_use(limits, 0.0, region))
-        assert self._shaped is not None
-        return self._shaped.checks_inside(region, limits)
