@@ -42,7 +42,7 @@ from tri_glide_kinematics.motion.trajectory import (
     checked,
     gentler,
 )
-from tri_glide_kinematics.motion.transfer import TransferError, TransferPlan, TransferPlanner
+from tri_glide_kinematics.motion.transfer import TransferError, TransferPlan, Ways, given_up
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
@@ -347,8 +347,8 @@ class Replanning:
         # A transfer that has to be given up goes up.
         height = goal.height if isinstance(goal, Transfer) else -math.inf
         try:
-            planner = TransferPlanner(self._workspace, height, 0.0)
-            stopped = yield from planner.given_up(plan, time, limits, reason)
+            ways = Ways(self._workspace, height, 0.0)
+            stopped = yield from given_up(ways, plan, time, limits, reason)
             return replace(held, plan=stopped)
         except KinematicsError:
             return replace(held, role=PlanRole.EARLIER)

@@ -14,10 +14,12 @@ from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
 from tri_glide_kinematics.motion.engine.replacing import LeadTime, PlanReplacing
 from tri_glide_kinematics.motion.engine.replanning import Replanned
 from tri_glide_kinematics.motion.transfer import (
-    CarriedPlan,
+    Renewal,
     Station,
     TransferError,
     TransferPlanner,
+    Ways,
+    given_up,
 )
 from tri_glide_kinematics.workspace import Workspace
 
@@ -126,7 +128,7 @@ class Transferring:
         plan = held.transfer
         if plan is None or plan.gives_up is not None or held.brakes or time >= held.rests_at:
             return False
-        if not isinstance(plan.legs[plan.present(time)[0]].plan, CarriedPlan):
+        if plan.legs[plan.present(time)[0]].carried is None:
             return False
         making = partial(self._given_up, reason)
         start = time + self._plans.lead(self._renewal_lead_time)
@@ -140,8 +142,8 @@ class Transferring:
         plan, goal, limits = held.transfer, held.goal, held.limits.effective
         if plan is None or not isinstance(goal, Transfer):
             return Replanned(held)
-        given_up = yield from self._planner(goal).given_up(plan, start, limits, reason)
-        return Replanned(replace(held, plan=given_up))
+        going_up = yield from given_up(self._ways(goal), plan, start, limits, reason)
+        return Replanned(replace(held, plan=going_up))
 
     def _begins(self, start: float) -> float:
         """Return when a plan begins for ``start`` in the held plan, by the time of the engine."""
@@ -166,7 +168,8 @@ class Transferring:
         delay = goal.lead + (shaper.delay if shaper is not None else 0.0)
         age = goal.age + begins - asked + delay
         here = self._workspace.machine.forward(held.plan.at(start).heights)
-        plan = yield from self._planner(goal).planned(
+        planner = TransferPlanner(self._workspace, goal.height, goal.tolerance)
+        plan = yield from planner.planned(
             here, stations, age, limits.effective, wait=max(wait, 0.0), lifts=goal.lifts
         )
         leads = PlanRole.LEADS_TO_GOAL
@@ -184,10 +187,9 @@ class Transferring:
             return Replanned(held)
         delay = goal.lead + (limits.shaper.delay if limits.shaper is not None else 0.0)
         age = self._begins(start) - seen + delay
-        renewed = yield from self._planner(goal).renewed(
-            plan, start, motion, age, limits.effective, goal.allowed
-        )
+        renewal = Renewal(self._ways(goal), plan, start, limits.effective)
+        renewed = yield from renewal.to(motion, age, goal.allowed)
         return Replanned(held if renewed is None else replace(held, plan=renewed))
 
-    def _planner(self, goal: Transfer) -> TransferPlanner:
-        return TransferPlanner(self._workspace, goal.height, goal.tolerance)
+    def _ways(self, goal: Transfer) -> Ways:
+        return Ways(self._workspace, goal.height, goal.tolerance)

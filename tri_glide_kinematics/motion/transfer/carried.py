@@ -9,58 +9,93 @@ the frame of the belt, and how deep it goes does not depend on what the belt doe
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import (
     AT_REST,
     Series,
+    SliderLimits,
     SliderState,
     arms_of,
     moved,
     polynomial,
     slider_state,
 )
-from tri_glide_kinematics.motion.shaped import SeriesPlan
+from tri_glide_kinematics.motion.moves import inside
+from tri_glide_kinematics.motion.shaped import LimitBounds, SeriesPlan
+from tri_glide_kinematics.motion.tracking import MovingTarget
 from tri_glide_kinematics.motion.trajectory import MixedSeries, TimeScaling, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import FloatArray, Vector3, ascending
+from tri_glide_kinematics.vectors import FloatArray, Vector3, ascending, combined, minus
+from tri_glide_kinematics.workspace import Workspace
+
+# Number of instants at which it is looked quickly whether a motion is inside.
+QUICK_LOOKS = 17
+
+# Instants that are closer are one [s].
+SAME_INSTANT = 1e-9
 
 
-class FrameState(NamedTuple):
-    """How a frame is displaced at one instant, and how that changes.
+def moves(frame: MovingTarget) -> bool:
+    """Return whether a ``frame``, or a place, moves or is about to."""
+    return any(frame.velocity) or any(frame.acceleration)
 
-    Attributes:
-        displacement: Shape (3,) [m].
-        velocity: Shape (3,) [m/s].
-        acceleration: Shape (3,) [m/s^2].
-    """
 
-    displacement: Vector3
-    velocity: Vector3
-    acceleration: Vector3
+def resting_after(frame: MovingTarget, duration: float) -> MovingTarget:
+    """Return where a ``frame`` rests if it comes to rest evenly in a ``duration`` [s]."""
+    still = combined(1.0, frame.position, 0.5 * duration, frame.velocity)
+    still = combined(1.0, still, duration * duration / 12.0, frame.acceleration)
+    return MovingTarget(still, AT_REST, AT_REST)
 
 
 class Carriage:
     """Displacement of a frame over time: quintic between knots, at rest outside of them.
 
+    A frame is told as a ``MovingTarget``, whose position is by how much it is displaced.
+
     Attributes:
         times: of the knots, ascending. Shape (k + 1,) [s].
     """
 
-    def __init__(self, times: Sequence[float], states: Sequence[FrameState]) -> None:
+    def __init__(self, times: Sequence[float], states: Sequence[MovingTarget]) -> None:
         """Prepare the displacement that has these ``states`` at these ``times`` [s]."""
         self.times = np.array(times)
-        axes = np.array(states).transpose(1, 2, 0)
+        axes = np.array([state[:3] for state in states]).transpose(1, 2, 0)
         scalings = [TimeScaling(self.times, *axes[:, axis]) for axis in range(3)]
         self._table = np.stack([each.coefficients() for each in scalings], axis=1)
         self._knots: list[float] = self.times.tolist()
         # Of each piece, for each axis: six coefficients.
         self._rows = [tuple(self._table[:, :, i].T.ravel().tolist()) for i in range(len(times) - 1)]
 
-    def at(self, time: float) -> FrameState:
+    @classmethod
+    def onto(
+        cls,
+        begins: Sequence[tuple[float, MovingTarget]],
+        place: MovingTarget,
+        goal: Vector3,
+        instants: Iterable[float],
+    ) -> Carriage:
+        """Return one that goes over to a place that moves.
+
+        Args:
+            begins: times [s], and how it moves then.
+            place: as of time 0; what is carried ends there.
+            goal: where that ends in the frame. Shape (3,) [m].
+            instants: at which it moves as the place does, ascending [s].
+        """
+        times, states = (list(each) for each in zip(*begins))
+        for time in instants:
+            if time > times[-1] + SAME_INSTANT:
+                there = place.after(time)
+                times.append(time)
+                states.append(there._replace(position=minus(there.position, goal)))
+        return cls(times, states)
+
+    def at(self, time: float) -> MovingTarget:
         """Return how the frame is displaced at a ``time`` [s]."""
         inside = min(max(time, self._knots[0]), self._knots[-1])
         index = min(max(bisect_right(self._knots, inside) - 1, 0), len(self._rows) - 1)
@@ -77,8 +112,8 @@ class Carriage:
             )
         displacement, velocity, acceleration = zip(*values)
         if time > self._knots[-1] or time < self._knots[0]:
-            return FrameState(displacement, AT_REST, AT_REST)
-        return FrameState(displacement, velocity, acceleration)
+            return MovingTarget(displacement, AT_REST, AT_REST)
+        return MovingTarget(displacement, velocity, acceleration)
 
     def series(self, times: FloatArray, half: FloatArray) -> Series:
         """Return Taylor series of the displacement [m]; see ``Trajectory.mixed_series``."""
@@ -118,13 +153,13 @@ class CarriedPlan(SeriesPlan):
         """Return how the platform moves at a ``time`` [s]."""
         if time >= self.duration and self._rests:
             time = self.duration
-            still = self.carriage.at(self.begin + time).displacement
-            carried = FrameState(still, AT_REST, AT_REST)
+            still = self.carriage.at(self.begin + time).position
+            carried = MovingTarget(still, AT_REST, AT_REST)
         else:
             time = max(time, 0.0)
             carried = self.carriage.at(self.begin + time)
         x, y, z, vx, vy, vz, ax, ay, az = self.base.platform_at(machine, self.begin + time)
-        (dx, dy, dz), (ux, uy, uz), (bx, by, bz) = carried
+        (dx, dy, dz), (ux, uy, uz), (bx, by, bz), *_ = carried
         return x + dx, y + dy, z + dz, vx + ux, vy + uy, vz + uz, ax + bx, ay + by, az + bz
 
     def at(self, time: float) -> SliderState:
@@ -143,3 +178,37 @@ class CarriedPlan(SeriesPlan):
         carried = self.carriage.series(there, half)
         series = self.base.platform_series(machine, there, half).plus(carried)
         return series, np.zeros(len(times), dtype=bool)
+
+    def use_inside(self, region: Workspace, limits: SliderLimits) -> Interruptible[LimitBounds]:
+        """Return how much of the ``limits`` is used; where they are kept, it is inside a region.
+
+        Raises:
+            KinematicsError: if it is not.
+        """
+        # Out of reach there is nothing to prove.
+        for time in np.linspace(0.0, self.duration, QUICK_LOOKS).tolist():
+            region.check_position(self.platform_at(self._machine, time)[:3])
+        use = yield from self.limit_use(limits, 0.0, region)
+        if use.keeps_limits:
+            yield from inside(self, region, limits)
+        return use
+
+
+def first_proved(
+    motions: Iterable[CarriedPlan], region: Workspace, limits: SliderLimits
+) -> Interruptible[CarriedPlan]:
+    """Return the first of some ``motions``, made in turn, that keeps limits and workspace.
+
+    Raises:
+        KinematicsError: if none does; it is why the last one does not.
+    """
+    refusal: KinematicsError | None = None
+    for motion in motions:
+        try:
+            (yield from motion.use_inside(region, limits)).check(limits)
+            return motion
+        except KinematicsError as error:
+            refusal = error
+        yield
+    assert refusal is not None
+    raise refusal

@@ -19,11 +19,9 @@ from tri_glide_kinematics.motion.trajectory import (
     SequencePlan,
     Trajectory,
 )
-from tri_glide_kinematics.motion.transfer.carried import CarriedPlan, FrameState
+from tri_glide_kinematics.motion.transfer.carried import CarriedPlan
 from tri_glide_kinematics.tri_glide import TriGlide
-from tri_glide_kinematics.vectors import (
-    Vector3,
-)
+from tri_glide_kinematics.vectors import Vector3, plus
 
 # Of two legs the end of one and the begin of the next differ by less [m, m/s, m/s^2], so shortly
 # before the end [s].
@@ -59,6 +57,16 @@ class Station(NamedTuple):
         """Whether it is to be met in motion."""
         return any(self.velocity) or any(self.acceleration)
 
+    @property
+    def ride(self) -> float:
+        """How long the platform moves with it: the dwell, if it moves [s]."""
+        return self.dwell if self.moves else 0.0
+
+    @property
+    def rest(self) -> float:
+        """How long the platform rests there: the dwell, if it does not move [s]."""
+        return 0.0 if self.moves else self.dwell
+
     def after(self, time: float) -> MovingTarget:
         """Return where it is, and how it moves, some ``time`` later [s]."""
         target = MovingTarget(self.position, self.velocity, self.acceleration)
@@ -77,7 +85,7 @@ class Leg(NamedTuple):
         begin: of what is left of it.
         slope: how much higher the next station is for its way along x and y; None if not known.
         moves: whether the next station moves.
-        dwell: at the next station, in motion [s].
+        ride: with the next station, which moves [s].
     """
 
     plan: Trajectory
@@ -88,7 +96,34 @@ class Leg(NamedTuple):
     begin: float = 0.0
     slope: tuple[float, float] | None = None
     moves: bool = False
-    dwell: float = 0.0
+    ride: float = 0.0
+
+    @property
+    def carried(self) -> CarriedPlan | None:
+        """What is driven, if the frame moves."""
+        return self.plan if isinstance(self.plan, CarriedPlan) else None
+
+    def frame_at(self, time: float) -> MovingTarget:
+        """Return how the frame moves at a ``time`` in the base [s]."""
+        carried = self.carried
+        if carried is None:
+            return MovingTarget(AT_REST, AT_REST, AT_REST)
+        return carried.carriage.at(time)
+
+    @property
+    def in_frame(self) -> Trajectory:
+        """The motion in the frame."""
+        carried = self.carried
+        return self.plan if carried is None else carried.base
+
+    @property
+    def goal(self) -> Vector3:
+        """Where it ends in the frame. Shape (3,) [m]."""
+        return place_on(self.base, self.base.ends_at)
+
+    def is_at(self, time: float) -> Vector3:
+        """Return where its goal is at a ``time`` in the base [m]."""
+        return plus(self.frame_at(time).position, self.goal)
 
 
 class TransferPlan(SequencePlan):
@@ -157,23 +192,6 @@ def place_on(base: PathPlan, place: float) -> Vector3:
     """Return where the path of a ``base`` is at a ``place`` on it [m]."""
     x, y, z, *_ = base.heights.driven.state(place)
     return x, y, z
-
-
-def end_of(base: PathPlan) -> Vector3:
-    """Return where a ``base`` ends [m]."""
-    return place_on(base, base.ends_at)
-
-
-def frame_at(leg: Leg, time: float) -> FrameState:
-    """Return how the frame of a ``leg`` moves at a ``time`` in its base [s]."""
-    if not isinstance(leg.plan, CarriedPlan):
-        return FrameState(AT_REST, AT_REST, AT_REST)
-    return leg.plan.carriage.at(time)
-
-
-def in_frame(leg: Leg) -> Trajectory:
-    """Return the motion of a ``leg`` in its frame."""
-    return leg.plan.base if isinstance(leg.plan, CarriedPlan) else leg.plan
 
 
 def slope_of(station: Station) -> tuple[float, float] | None:
