@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from operator import attrgetter
 from typing import TYPE_CHECKING
 
-from tri_glide_kinematics.control.newest_target import DueOutput
 from tri_glide_kinematics.control.operating_state import (
     JOGGING,
     MOVING,
@@ -21,11 +18,11 @@ from tri_glide_kinematics.control.operating_state import (
     Reason,
     StateMachine,
 )
+from tri_glide_kinematics.control.transfer_timing import TransferTiming
 from tri_glide_kinematics.errors import KinematicsError, Refusal
 from tri_glide_kinematics.motion.engine import (
     Command,
     DriveLimits,
-    Follow,
     GoalCode,
     Jog,
     MotionEngine,
@@ -34,7 +31,6 @@ from tri_glide_kinematics.motion.engine import (
     Station,
     TargetKind,
     Track,
-    Transfer,
 )
 from tri_glide_kinematics.motion.limits import PlatformSpeedLimit, SliderLimits
 from tri_glide_kinematics.motion.tracking import ToldPlaces
@@ -59,9 +55,6 @@ STATE_OF = {
 # Poses at a rate have ended if none came for so many times the last interval, and for so long [s]:
 # a sender may be held up.
 LATE_INTERVALS, LATE = 2.0, 0.06
-
-# Setpoints that come later by more than this are too late for a station that moves [s].
-LARGEST_DRIFT = 2e-4
 
 # Largest speed of the platform in teach mode: that of ISO 10218 for manual operation [m/s].
 TEACH_SPEED = 0.25
@@ -116,12 +109,7 @@ class CommandedMotion:
         self._poses = ToldPlaces()
         self._pose_received = 0.0
         self._newest_pose: Vector3 = (0.0, 0.0, 0.0)
-        # The number of the plan for which it is known when outputs are due.
-        self._scheduled = 0
-        # The station that moves of a transfer, how it does, and when it was there; and how far the
-        # engine was behind the clock when that was told.
-        self._told_station: tuple[int, Station, float] | None = None
-        self._behind = 0.0
+        self._timing = TransferTiming(engine, queue, newest_target)
 
     def move_to(self, position: Sequence[float]) -> None:
         """Move the platform to ``position`` [m], at the latest when it is its turn.
@@ -140,8 +128,7 @@ class CommandedMotion:
         self._states.check_accepting()
         if command.destination is not None:
             self._engine.check_position(command.destination)
-        if isinstance(command, Transfer):
-            command.lead = self._operation.underway.delay
+        command.lead = self._operation.underway.delay
         self._carry_out(command)
 
     def jog(self, velocity: Vector3, now: float, age: float = math.nan) -> None:
@@ -228,7 +215,7 @@ class CommandedMotion:
         self._poses.forget()
         # Something else may be followed since.
         target = self._queue.target or self._newest_target.command
-        if isinstance(target, Track) and target.position == last:
+        if target is not None and target.kind is TargetKind.MOVING and target.position == last:
             # This is no silence: the move may take some cycles to plan.
             self._streams.targets.accept(now)
             with suppress(KinematicsError):
@@ -315,13 +302,7 @@ class CommandedMotion:
         Returns:
             Whether that is begun: not while another plan is made, or the station is not the next.
         """
-        if self._states.state is not MOVING:
-            return False
-        is_begun = self._engine.renew(station, motion, self._queue.present - seen)
-        if is_begun:
-            self._told_station = station, motion, seen
-            self._behind = self._queue.present - self._engine.elapsed
-        return is_begun
+        return self._states.state is MOVING and self._timing.renew(station, motion, seen)
 
     def cancel(self, goal: Command) -> None:
         """Come to rest, if the motion is that of the ``goal``; give it up if it only waits."""
@@ -347,7 +328,7 @@ class CommandedMotion:
         if goal.extends:
             self._queue.drop_target(GoalCode.SUPERSEDED, text)
         if self._states.state in ON_THE_WAY:
-            if isinstance(goal, Transfer) and self._engine.give_up(TransferError(text)):
+            if goal.is_timed and self._engine.give_up(TransferError(text)):
                 # Above what moves there is no place to rest but higher up.
                 self._states.change(MOVING, Reason(Cause.CANCELLED, text))
             else:
@@ -380,8 +361,11 @@ class CommandedMotion:
             decided = self._queue.decided(self._states.state in ON_THE_WAY)
             if decided is not None:
                 self._note(decided)
-            if self._states.state is MOVING and isinstance(self._newest_target.command, Transfer):
-                self._look_after_transfer()
+            command = self._newest_target.command
+            if command is not None and command.is_timed and self._states.state is MOVING:
+                gives_up = self._timing.look_after()
+                if gives_up is not None and command.outcome is None:
+                    self._tell_given_up(gives_up)
             refusal = self._engine.take_refusal()
             if refusal is not None:
                 # A motion that was carried out already cannot go on.
@@ -413,56 +397,25 @@ class CommandedMotion:
             self._give_up(refusal, f"{command}: {refusal}")
         elif reason is not None:
             self._newest_target.take(command, reason, self._engine.target)
-            if isinstance(command, Follow) and command.outputs is not None:
+            if command.outputs is not None:
                 path, driven = command.path, self._engine.driven_path
                 assert path is not None and driven is not None
                 places = command.outputs.places(path, driven)
                 self._newest_target.outputs.extend(zip(places, command.outputs.told))
-            if isinstance(command, Transfer):
-                new = (
-                    DueOutput(math.inf, output, command, index, after)
-                    for index, station in enumerate(command.stations)
-                    for after, output in station.outputs
-                )
-                self._schedule(*new)
-                moving = [(i, each) for i, each in enumerate(command.stations) if each.moves]
-                self._told_station = (*moving[0], command.seen) if moving else None
-                self._behind = self._queue.behind
+            if command.stations:
+                self._timing.begin(command)
             if self._engine.is_paused:
                 self._tell_pause()
             else:
                 self._states.change(STATE_OF[command.phase], reason)
 
-    def _schedule(self, *new: DueOutput) -> None:
-        """Note when outputs are due; a plan that was renewed may arrive at another time."""
-        progress, target = self._engine.transfer_progress, self._newest_target
-        self._scheduled = self._engine.plan_number
-        arrivals = progress.arrivals if progress is not None else ()
-        due = []
-        for each in (*target.due, *new):
-            if each.transfer is target.command and each.station < len(arrivals):
-                instant = self._queue.present + arrivals[each.station] + each.after
-                each = each._replace(instant=instant)
-            due.append(each)
-        target.due = deque(sorted(due, key=attrgetter("instant")))
-
-    def _look_after_transfer(self) -> None:
-        """Keep a transfer in time, and tell where it is given up, as a station is not met."""
-        progress, target = self._engine.transfer_progress, self._newest_target
-        if progress is None:
-            return
-        if progress.gives_up is None:
-            # Where cycles were left out the station went on.
-            behind = self._queue.present - self._engine.elapsed - self._behind
-            if self._told_station is not None and abs(behind) > LARGEST_DRIFT:
-                self.renew(*self._told_station)
-            if target.due and self._scheduled != self._engine.plan_number:
-                self._schedule()
-        elif target.command is not None and target.command.outcome is None:
-            text = f"{target.text}: {progress.gives_up}; the platform goes up"
-            target.end_driven(GoalCode.NOT_REACHED, text)
-            target.text = "the height above the station"
-            self._states.change(MOVING, Reason(Cause.TARGET_NOT_REACHED, text))
+    def _tell_given_up(self, reason: KinematicsError) -> None:
+        """Tell that a transfer is given up for a ``reason``, as a station is not met."""
+        target = self._newest_target
+        text = f"{target.text}: {reason}; the platform goes up"
+        target.end_driven(GoalCode.NOT_REACHED, text)
+        target.text = "the height above the station"
+        self._states.change(MOVING, Reason(Cause.TARGET_NOT_REACHED, text))
 
     def _tell_pause(self) -> None:
         """Tell that the path that is followed is paused."""

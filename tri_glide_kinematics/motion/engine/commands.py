@@ -170,6 +170,12 @@ class Command(ABC):
         path: to be followed; None of what is none, and until it is made.
         extends: whether it goes on from the end of the path that is followed.
         size: number of segments of a path.
+        outputs: what is told on a path; None for nothing.
+        stations: that are gone to, in their order.
+        seen: the time of what was told of the target, by the clock of the caller; NaN if nobody
+            asks [s].
+        lead: so much earlier a setpoint has to be where a target is that moves, as drives follow
+            late; only what is timed heeds it [s].
         position: of the target, where it has one. Shape (3,) [m].
         velocity: of the target, where it has one. Shape (3,) [m/s].
         received: when it came in, by the clock of the caller; NaN if nobody asks [s].
@@ -190,6 +196,10 @@ class Command(ABC):
     path: PlatformPath | None = None
     extends: bool = False
     size: int = 0
+    outputs: PathOutputs | None = None
+    stations: tuple[Station, ...] = ()
+    seen: float = math.nan
+    lead: float = 0.0
     position: Vector3 | None = None
     velocity: Vector3 | None = None
 
@@ -416,7 +426,6 @@ class Track(Command):
     """Follow a target that moves.
 
     Attributes:
-        seen: when it was there, by the clock of the caller [s].
         age: how long before the present setpoint it was so [s].
     """
 
@@ -516,7 +525,6 @@ class Follow(Command):
     """Follow a path.
 
     Attributes:
-        outputs: what is told on the way; None for nothing.
         path: as it was asked for; of one that ``extends``, what comes after the path that is
             followed. None until it is made.
         deviation: the largest distance from it as programmed may be this [m]; NaN until that is
@@ -615,14 +623,12 @@ class Transfer(Command):
     with it, and on to the next one. All of it is one plan, made before it begins.
 
     Attributes:
-        stations: in their order.
         height: of the platform between stations, by z [m].
         tolerance: how far it may be from a corner of its way [m].
         allowed: so far from a station it may be when it arrives there [m].
         lifts: whether it goes up after the last station. After one that moves it does so anyway.
-        seen: the time of the positions of the stations, by the clock of the caller [s].
-        leave_at: when the platform leaves its start at the earliest, by that clock [s].
-        lead: so much earlier than the place a setpoint has to be there [s].
+        leave_at: when the platform leaves its start at the earliest, by the clock of the caller
+            [s].
         age: time from that of the positions to the present setpoint, as it begins [s].
         stays: how long it stays at its start at least, from the present setpoint on [s].
     """

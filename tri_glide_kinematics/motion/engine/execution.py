@@ -28,7 +28,6 @@ from tri_glide_kinematics.motion.path import ArcLength, DrivenPath
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.tracking import MovingTarget
 from tri_glide_kinematics.motion.trajectory import Trajectory
-from tri_glide_kinematics.motion.transfer import TransferPlan
 from tri_glide_kinematics.workspace import Workspace
 
 # A stop that is shaped or has added bounds, if it is not ready within its call, begins after this
@@ -238,7 +237,7 @@ class PlanExecution:
         """Slow down what is ``held`` on its own way, while it waits for a better braking."""
         slowed = yield from self.replanning.slowed(held, start)
         # A braking that is sooner may lead below the stop of a transfer.
-        is_last = isinstance(held.plan, TransferPlan)
+        is_last = held.transfer_plan is not None
         return Replanned(slowed if is_last else slowed.waiting_to_brake())
 
     def change_limits(self, limits: DriveLimits) -> None:

@@ -41,14 +41,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase
+from tri_glide_kinematics.motion.engine.commands import Command, MotionPhase, Transfer
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits
 from tri_glide_kinematics.motion.errors import NotStartedError
 from tri_glide_kinematics.motion.limits import SampledPlan, SliderState
 from tri_glide_kinematics.motion.path import DrivenPath
 from tri_glide_kinematics.motion.shaped import DrivenPart, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Shaper
-from tri_glide_kinematics.motion.trajectory import PathHeights, PathPlan, TrackedStep, Trajectory
+from tri_glide_kinematics.motion.trajectory import (
+    LinePlan,
+    PathHeights,
+    PathPlan,
+    TrackedStep,
+    Trajectory,
+)
 from tri_glide_kinematics.motion.transfer import TransferPlan
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -86,6 +92,18 @@ class FollowedPath:
         return x, y, z
 
 
+class HeldTransfer(NamedTuple):
+    """A transfer that is the goal.
+
+    Attributes:
+        goal: what is asked for.
+        plan: that is held of it.
+    """
+
+    goal: Transfer
+    plan: TransferPlan
+
+
 @dataclass(frozen=True)
 class HeldMotion:
     """A verified plan to rest, what it is for, and the limits.
@@ -111,7 +129,7 @@ class HeldMotion:
     limits: DriveLimits
     pending: DriveLimits | None = None
     path: FollowedPath | None = None
-    quick: Trajectory | None = None
+    quick: LinePlan | None = None
 
     def with_goal(self, goal: Command | None, **changes: Any) -> HeldMotion:
         """Return this with another goal, which is no path yet, and with other ``changes``."""
@@ -169,13 +187,20 @@ class HeldMotion:
         if self.goal is None:
             return None
         transfer = self.transfer
-        return self.goal.destination if transfer is None else transfer.end
+        return self.goal.destination if transfer is None else transfer.plan.end
 
     @property
-    def transfer(self) -> TransferPlan | None:
-        """The held plan, if it is one of a transfer that is the goal."""
-        is_goal = self.goal is not None and self.goal.is_timed
-        return self.plan if is_goal and isinstance(self.plan, TransferPlan) else None
+    def transfer_plan(self) -> TransferPlan | None:
+        """The held plan, if it is one of a transfer, be that the goal or not any more."""
+        return self.plan if isinstance(self.plan, TransferPlan) else None
+
+    @property
+    def transfer(self) -> HeldTransfer | None:
+        """The transfer that is the goal, if the held plan is one of it."""
+        goal, plan = self.goal, self.transfer_plan
+        if plan is None or not isinstance(goal, Transfer):
+            return None
+        return HeldTransfer(goal, plan)
 
     @property
     def tracked_step(self) -> TrackedStep | None:

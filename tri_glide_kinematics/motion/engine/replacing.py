@@ -23,7 +23,6 @@ from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanHolde
 from tri_glide_kinematics.motion.engine.replanning import Making, Replanned, Replanning
 from tri_glide_kinematics.motion.engine.shaped_plans import ShapedPlans
 from tri_glide_kinematics.motion.errors import SOUND, PlanTooLongError
-from tri_glide_kinematics.motion.transfer import TransferPlan
 
 # How many plans are remembered, to know how long the next one may take.
 REMEMBERED = 8
@@ -129,8 +128,8 @@ class Preparation:
         """Return whether the instant for which it was made is over at a ``time`` [s]."""
         if not self._is_timed or self.ready is None:
             return False
-        plan = self.ready.held.plan
-        return isinstance(plan, TransferPlan) and self.elapsed(time) > plan.wait + SAME_TIME
+        plan = self.ready.held.transfer_plan
+        return plan is not None and self.elapsed(time) > plan.wait + SAME_TIME
 
     def work(self, may_go_on: Callable[[], bool]) -> None:
         """Go on with it, by one piece at least, until it is ready or may not go on.

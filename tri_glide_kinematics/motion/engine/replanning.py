@@ -15,7 +15,7 @@ import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
-from tri_glide_kinematics.motion.engine.commands import Command, Departure, Transfer
+from tri_glide_kinematics.motion.engine.commands import Command, Departure
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits, stays_within
 from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
 from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError
@@ -304,13 +304,12 @@ class Replanning:
             time: when the plan begins.
             stays: whether the platform stays on its line or path where that takes little longer.
         """
-        plan, left = held.plan, held.plan.duration - time
-        if held.role is PlanRole.BRAKES or left <= 0.0:
+        if held.role is PlanRole.BRAKES or held.plan.duration - time <= 0.0:
             return replace(held, role=PlanRole.BRAKES)
         if held.path_plan is not None:
             return (yield from self._paths.braked(held, held.path_plan, time))
-        if isinstance(plan, TransferPlan):
-            return (yield from self._transfer_braked(held, plan, time))
+        if held.transfer_plan is not None:
+            return (yield from self._transfer_braked(held, held.transfer_plan, time))
         return (yield from self._braked_anywhere(held, time, stays))
 
     def _braked_anywhere(
@@ -345,7 +344,7 @@ class Replanning:
             if slowed is not None:
                 return replace(held, plan=slowed)
         # A transfer that has to be given up goes up.
-        height = goal.height if isinstance(goal, Transfer) else -math.inf
+        height = held.transfer.goal.height if held.transfer is not None else -math.inf
         try:
             ways = Ways(self._workspace, height, 0.0)
             stopped = yield from given_up(ways, plan, time, limits, reason)
@@ -391,7 +390,7 @@ class Replanning:
         if slowed is not None:
             return replace(held, plan=slowed, role=PlanRole.BRAKES)
         state, limits = held.plan.at(time), held.limits.effective
-        if limits.added and not isinstance(held.plan, TransferPlan):
+        if limits.added and held.transfer_plan is None:
             region, left = self._region(held, time), held.plan.duration - time
             try:
                 gentle = yield from self._planner.stopping.gently(state, limits, region, left)
@@ -437,7 +436,11 @@ class Replanning:
             pass
         elif isinstance(plan, PathPlan):
             along = partial(self._paths.parts.brake_hard, plan, time, held.limits.effective)
-        elif self._kind is MotionKind.LINEAR or isinstance(plan, (LinePlan, TransferPlan)):
+        elif (
+            self._kind is MotionKind.LINEAR
+            or plan.straight_from < math.inf
+            or held.transfer_plan is not None
+        ):
             along = partial(stopping.along_line, state, limits, region)
         try:
             stop = yield from stopping.soonest(state, own, limits, region, left, along)
@@ -519,14 +522,14 @@ class Replanning:
         after = SequencePlan((held.plan,), time) if or_after else None
         begin = Departure(state, limits, region, moving, after)
         plan = yield from goal.planned(self._planner, begin)
-        is_line = isinstance(plan, LinePlan) and not moving and goal.destination is not None
-        quick = plan if is_line else None
+        is_quick = not moving and goal.destination is not None
+        quick = plan if is_quick and isinstance(plan, LinePlan) else None
         return HeldMotion(plan, goal, PlanRole.LEADS_TO_GOAL, region, limits, quick=quick)
 
     def sooner(self, held: HeldMotion, time: float) -> Interruptible[Replanned]:
         """Make a plan that is sooner at the end of the line, if one is found."""
         plan, held = held.quick, replace(held, quick=None)
-        assert isinstance(plan, LinePlan)
+        assert plan is not None
         if time < plan.duration:
             try:
                 sooner = yield from self._paths.parts.sooner(plan, time, held.limits.effective)

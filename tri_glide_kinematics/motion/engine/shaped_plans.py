@@ -6,6 +6,7 @@ is proved before they are held. One that is not proved is made again, for less.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import partial
 
@@ -23,7 +24,6 @@ from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError
 from tri_glide_kinematics.motion.moves import inside
 from tri_glide_kinematics.motion.shaped import DrivenPart, Planned, ShapedTrajectory
 from tri_glide_kinematics.motion.shaping import Shaping
-from tri_glide_kinematics.motion.trajectory import LinePlan
 from tri_glide_kinematics.workspace import Workspace
 
 # Number of attempts to make the next plan with limits that leave what shaping takes. Each takes
@@ -122,7 +122,7 @@ class ShapedPlans:
         present = held.plan.at(start) if start < held.plan.duration else None
         # On a line the sliders keep what its plan keeps, as a rule: so a stop on it uses all of it.
         # A move from rest has the time to be made again for less.
-        stops_on_line = isinstance(held.plan, LinePlan) and held.goal is None
+        stops_on_line = held.plan.straight_from < math.inf and held.goal is None
         from_rest = start >= held.rests_at and not held.pending
         has_time = from_rest and goal is not None and goal.is_planned_again
         first = Planned(held.limits.scaled) if stops_on_line or has_time else None

@@ -10,9 +10,9 @@ from typing import NamedTuple
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import Transfer
-from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.held_motion import HeldMotion, HeldTransfer, PlanRole
 from tri_glide_kinematics.motion.engine.replacing import LeadTime, PlanReplacing
-from tri_glide_kinematics.motion.engine.replanning import Replanned
+from tri_glide_kinematics.motion.engine.replanning import Making, Replanned
 from tri_glide_kinematics.motion.transfer import (
     Renewal,
     Station,
@@ -64,14 +64,13 @@ class Transferring:
     def progress(self) -> TransferProgress | None:
         """How far the transfer is that is carried out; None without one."""
         held = self._holder.motion
-        plan = held.transfer if held is not None else None
-        if held is None or plan is None or not isinstance(held.goal, Transfer):
+        transfer = held.transfer if held is not None else None
+        if held is None or transfer is None:
             return None
+        goal, plan = transfer
         past = self._holder.time - held.limits.held_back
-        stations = range(len(held.goal.stations))
-        return TransferProgress(
-            tuple(plan.arrival(station) - past for station in stations), plan.gives_up
-        )
+        arrivals = (plan.arrival(station) - past for station in range(len(goal.stations)))
+        return TransferProgress(tuple(arrivals), plan.gives_up)
 
     def prepare(self, goal: Transfer) -> None:
         """Make the plan of a ``goal`` that begins where the present motion comes to rest.
@@ -105,18 +104,15 @@ class Transferring:
             Whether that is begun: not while another plan is made, or the station is not the
             next, or did not move when the transfer was planned.
         """
-        held, time = self._holder.held, self._holder.time
-        plan = held.transfer
-        if plan is None or self._plans.preparation is not None or held.brakes:
+        held, transfer = self._holder.held, self._holder.held.transfer
+        if transfer is None or self._plans.preparation is not None or held.brakes:
             return False
-        index = plan.present(time)[0]
+        plan = transfer.plan
+        index, _ = plan.present(self._holder.time)
         if plan.gives_up is not None or plan.first + index != station or not plan.legs[index].moves:
             return False
-        start = time + self._plans.lead(self._renewal_lead_time)
-        making = partial(self._renewed, station, motion, self._holder.elapsed - age)
-        proved = self._plans.shaped_plans.proved(making)
-        self._plans.begin(proved, None, start, self._renewal_lead_time)
-        return True
+        seen = self._holder.elapsed - age
+        return self._begin(partial(self._renewed, transfer, station, motion, seen))
 
     def give_up(self, reason: KinematicsError) -> bool:
         """Go up from where a transfer is, and rest; return whether that is begun.
@@ -124,25 +120,27 @@ class Transferring:
         Args:
             reason: why.
         """
-        held, time = self._holder.held, self._holder.time
-        plan = held.transfer
-        if plan is None or plan.gives_up is not None or held.brakes or time >= held.rests_at:
+        held, transfer, time = self._holder.held, self._holder.held.transfer, self._holder.time
+        if transfer is None or held.brakes or time >= held.rests_at:
             return False
-        if plan.legs[plan.present(time)[0]].carried is None:
+        plan = transfer.plan
+        index, _ = plan.present(time)
+        if plan.gives_up is not None or plan.legs[index].carried is None:
             return False
-        making = partial(self._given_up, reason)
-        start = time + self._plans.lead(self._renewal_lead_time)
+        return self._begin(partial(self._given_up, transfer, reason))
+
+    def _begin(self, making: Making) -> bool:
+        """Begin ``making`` what is left of a transfer; return that."""
+        start = self._holder.time + self._plans.lead(self._renewal_lead_time)
         proved = self._plans.shaped_plans.proved(making)
         self._plans.begin(proved, None, start, self._renewal_lead_time)
         return True
 
     def _given_up(
-        self, reason: KinematicsError, held: HeldMotion, start: float
+        self, transfer: HeldTransfer, reason: KinematicsError, held: HeldMotion, start: float
     ) -> Interruptible[Replanned]:
-        plan, goal, limits = held.transfer, held.goal, held.limits.effective
-        if plan is None or not isinstance(goal, Transfer):
-            return Replanned(held)
-        going_up = yield from given_up(self._ways(goal), plan, start, limits, reason)
+        ways, limits = self._ways(transfer.goal), held.limits.effective
+        going_up = yield from given_up(ways, transfer.plan, start, limits, reason)
         return Replanned(replace(held, plan=going_up))
 
     def _begins(self, start: float) -> float:
@@ -176,12 +174,16 @@ class Transferring:
         return Replanned(HeldMotion(plan, goal, leads, self._workspace, limits))
 
     def _renewed(
-        self, station: int, motion: Station, seen: float, held: HeldMotion, start: float
+        self,
+        transfer: HeldTransfer,
+        station: int,
+        motion: Station,
+        seen: float,
+        held: HeldMotion,
+        start: float,
     ) -> Interruptible[Replanned]:
         """Make what is left of a plan again; ``seen`` is by the time of the engine [s]."""
-        plan, goal, limits = held.transfer, held.goal, held.limits
-        if plan is None or not isinstance(goal, Transfer):
-            return Replanned(held)
+        (goal, plan), limits = transfer, held.limits
         if plan.first + plan.present(start)[0] != station:
             # It leads to the next one by then.
             return Replanned(held)
