@@ -11,13 +11,12 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
-import numpy as np
-
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine.commands import Command, Departure
 from tri_glide_kinematics.motion.engine.drive_limits import DriveLimits, stays_within
 from tri_glide_kinematics.motion.engine.held_motion import FollowedPath, HeldMotion, PlanRole
+from tri_glide_kinematics.motion.engine.transfer_braking import TransferBraking
 from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError
 from tri_glide_kinematics.motion.limits import AT_REST, RELATIVE_ROUNDING, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import (
@@ -42,7 +41,6 @@ from tri_glide_kinematics.motion.trajectory import (
     checked,
     gentler,
 )
-from tri_glide_kinematics.motion.transfer import TransferError, TransferPlan, Ways, given_up
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
@@ -53,9 +51,6 @@ SLOWED, SHORTEST_SLOWED = 1.8, 0.15
 # From the request to rest a stop takes at most so many times the sliders' own stop, or this time if
 # that is more [s]; and as long as the shaper lasts.
 LONGEST_STOP, ALWAYS_ALLOWED = 2.0, 0.2
-
-# So often it is looked how deep a braking leads [s].
-DEPTH_STEP = 0.0005
 
 # The held plan was accepted with one rounding error; so slowing it down may have two.
 SLOWED_ROUNDING = 2.0 * RELATIVE_ROUNDING
@@ -203,9 +198,9 @@ class PathReplanning:
         try:
             braking = yield from self.parts.brake(plan, time, held.limits.effective)
         except KinematicsError:
-            return replace(held, role=PlanRole.EARLIER)
+            return held.waiting_to_brake()
         if NEARLY * braking.duration >= plan.duration - time:
-            return replace(held, role=PlanRole.BRAKES)
+            return held.left_to_brake()
         return replace(held, plan=braking, role=PlanRole.BRAKES)
 
     def _extended(
@@ -276,6 +271,7 @@ class Replanning:
         self._kind = kind
         self._planner = MotionPlanner(workspace, kind)
         self._paths = PathReplanning(workspace, self._planner, self.braked)
+        self._transfers = TransferBraking(workspace, self._braked_anywhere, self._slowed_on_way)
 
     def at_rest(self, heights: Vector3, limits: DriveLimits) -> HeldMotion:
         """Return rest at ``heights`` [m], with ``limits`` in force."""
@@ -305,11 +301,11 @@ class Replanning:
             stays: whether the platform stays on its line or path where that takes little longer.
         """
         if held.role is PlanRole.BRAKES or held.plan.duration - time <= 0.0:
-            return replace(held, role=PlanRole.BRAKES)
+            return held.left_to_brake()
         if held.path_plan is not None:
             return (yield from self._paths.braked(held, held.path_plan, time))
         if held.transfer_plan is not None:
-            return (yield from self._transfer_braked(held, held.transfer_plan, time))
+            return (yield from self._transfers.braked(held, held.transfer_plan, time))
         return (yield from self._braked_anywhere(held, time, stays))
 
     def _braked_anywhere(
@@ -323,46 +319,6 @@ class Replanning:
                 break
             yield
         return braked
-
-    def _transfer_braked(
-        self, held: HeldMotion, plan: TransferPlan, time: float
-    ) -> Interruptible[HeldMotion]:
-        """Return ``held`` with a braking of a transfer, which goes no deeper than its ``plan``.
-
-        The sliders' own stops may lead below the station that it is at, or comes to.
-        """
-        limits, goal = held.limits.effective, held.goal
-        reason = TransferError("new limits do not allow the transfer to go on")
-        for stays in (True, False) if goal is None else ():
-            braked = yield from self._braked_anywhere(held, time, stays)
-            if braked.brakes and self._goes_no_deeper(braked.plan, plan, time):
-                return braked
-            yield
-        held = replace(held, role=PlanRole.BRAKES)
-        if goal is None:
-            slowed = yield from self._slowed_on_way(held, time)
-            if slowed is not None:
-                return replace(held, plan=slowed)
-        # A transfer that has to be given up goes up.
-        height = held.transfer.goal.height if held.transfer is not None else -math.inf
-        try:
-            ways = Ways(self._workspace, height, 0.0)
-            stopped = yield from given_up(ways, plan, time, limits, reason)
-            return replace(held, plan=stopped)
-        except KinematicsError:
-            return replace(held, role=PlanRole.EARLIER)
-
-    def _goes_no_deeper(self, braking: Trajectory, plan: TransferPlan, time: float) -> bool:
-        """Return whether a ``braking`` stays above the stations, or what is left of a ``plan``."""
-        if braking is plan:
-            return True
-        machine = self._workspace.machine
-        times = np.arange(0.0, braking.duration + DEPTH_STEP, DEPTH_STEP)
-        leg = plan.legs[plan.present(time)[0]].plan
-        ends = (leg.platform_at(machine, each)[2] for each in (0.0, leg.duration))
-        driven = machine.forward_batch(plan.sample(time + times).heights)[:, 2]
-        places = machine.forward_batch(braking.sample(times).heights)[:, 2]
-        return bool(places.min() >= min(driven.min(), max(ends)))
 
     def _slowed_on_way(self, held: HeldMotion, time: float) -> Interruptible[Trajectory | None]:
         """Return the plan that is ``held``, slowed down to rest, if that is proved."""
@@ -397,7 +353,7 @@ class Replanning:
                 return replace(held, plan=gentle, role=PlanRole.BRAKES)
             except KinematicsError:
                 pass
-        return replace(held, role=PlanRole.EARLIER)
+        return held.waiting_to_brake()
 
     def _braked_within(
         self,
@@ -429,7 +385,7 @@ class Replanning:
         is_tracked = stays and held.tracked_step is not None
         longer = LONGEST_TRACKED if is_tracked else NEARLY
         if left <= max(longer * shortest.duration, own.duration):
-            return replace(held, role=PlanRole.BRAKES)
+            return held.left_to_brake()
         stopping = self._planner.stopping
         along: Along | None = None
         if not stays or is_tracked:
@@ -445,7 +401,7 @@ class Replanning:
         try:
             stop = yield from stopping.soonest(state, own, limits, region, left, along)
         except KinematicsError:
-            return replace(held, role=PlanRole.EARLIER)
+            return held.waiting_to_brake()
         sooner = plan if stop is None else stop
         return replace(held, plan=sooner, role=PlanRole.BRAKES)
 
