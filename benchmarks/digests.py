@@ -1,8 +1,9 @@
 """Digests of what the motion does, to the last bit: whether a change of the code has changed it.
 
-The soaks of motion and controller and some random paths are run with fixed seeds. Of all setpoints,
-all texts of refusals and all states that a controller tells a digest is made. So that the last bits
-do not depend on the processor, OpenBLAS, numpy and the C library are told to use no vector units.
+The soaks of motion and controller, cycles of pick and place, and some random paths are run with
+fixed seeds. Of all setpoints, all texts of refusals and all states that a controller tells a digest
+is made. So that the last bits do not depend on the processor, OpenBLAS, numpy and the C library are
+told to use no vector units.
 
 Run it as ``python -m benchmarks.digests``, before and after; ``--write`` keeps the digests of a
 short run in ``test/digests.json``, with which a test compares its own.
@@ -16,13 +17,14 @@ import subprocess
 import sys
 from dataclasses import dataclass, field
 from importlib.metadata import version
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
 
-from benchmarks import soak_controller, soak_motion
+from benchmarks import soak_controller, soak_motion, soak_picks
 from benchmarks.bench_paths import drive
 from benchmarks.command_line import numbers
 from benchmarks.judge import COARSE, SCENARIOS, Findings
@@ -30,6 +32,8 @@ from benchmarks.machine import processor
 from testing.path_samples import random_path
 from tri_glide_kinematics.control import ControllerStatus, MotionProgress, line_of
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion import MotionPhase
+from tri_glide_kinematics.motion.engine import Station
 from tri_glide_kinematics.reason_log import RefusalLog
 from tri_glide_kinematics.ros.outputs.machine_state import machine_state
 from tri_glide_kinematics.vectors import FloatArray
@@ -37,6 +41,7 @@ from tri_glide_kinematics.vectors import FloatArray
 KEPT = Path(__file__).parents[1] / "test" / "digests.json"
 STEPS = 1000  # of each scenario, of those that are kept
 PATHS = 6
+PICKS = 8  # machines, with a cycle each
 LIBRARIES = ("numpy", "scipy", "ruckig")
 RUN_AGAIN = "DIGESTS_WITHOUT_VECTOR_UNITS"
 
@@ -93,12 +98,35 @@ def _no_line(_text: str) -> None:
 _CLOCK = Clock(clock_type=ClockType.STEADY_TIME)
 
 
-def digests(steps: int, paths: int) -> dict[str, dict[str, str]]:
+def pick(picker: soak_picks.Picker) -> dict[str, str]:
+    """Return the digest of a cycle of pick and place, and how it ended."""
+    engine, asked, heights = picker.engine, picker.asked(), []
+    stations = [asked.part.stop(engine.elapsed, asked.dwell), Station(engine.platform[0])]
+    height = max(station.position[2] for station in stations) + 0.03
+    text = ""
+    try:
+        engine.transfer(stations, height, lifts=False)
+    except KinematicsError as error:
+        text = str(error)
+    while engine.preparing or engine.phase is not MotionPhase.IDLE:
+        picker.work()
+        heights.append(engine.step(picker.dt).heights)
+        if len(heights) % 20 == 0:
+            engine.renew(0, asked.part.stop(engine.elapsed, asked.dwell))
+        progress = engine.transfer_progress
+        if progress is not None and progress.gives_up is not None:
+            text = str(progress.gives_up)
+    setpoints = hashlib.sha256(np.array(heights).tobytes()).hexdigest()
+    return {"setpoints": setpoints, "text": text or str(engine.take_refusal())}
+
+
+def digests(steps: int, paths: int, picks: int) -> dict[str, dict[str, str]]:
     """Return the digests of what is driven.
 
     Args:
         steps: of each scenario.
         paths: how many are planned.
+        picks: how many machines pick and place.
     """
     found: dict[str, dict[str, str]] = {}
     for number, scenario in enumerate((*SCENARIOS, *COARSE)):
@@ -118,6 +146,8 @@ def digests(steps: int, paths: int) -> dict[str, dict[str, str]]:
             "path": hashlib.sha256(np.array(places).tobytes()).hexdigest(),
             "motion": hashlib.sha256(b"".join(each.tobytes() for each in motion)).hexdigest(),
         }
+    for number, picker in islice(soak_picks.machines(1, 0), picks):
+        found[f"pick {number}"] = pick(picker)
     return found
 
 
@@ -149,14 +179,16 @@ def main() -> int:
         __doc__,
         steps=(STEPS, "setpoints of each scenario"),
         paths=(PATHS, "how many"),
+        picks=(PICKS, "machines that pick and place"),
         write=(False, f"keep them in test/{KEPT.name}"),
     )
     if RUN_AGAIN in os.environ:
-        json.dump(digests(options.steps, options.paths), sys.stdout, indent=1)
+        found = digests(options.steps, options.paths, options.picks)
+        json.dump(found, sys.stdout, indent=1)
         return 0
-    text = without_vector_units(
-        ["--steps", str(options.steps), "--paths", str(options.paths)]
-    ).stdout
+    numbers_of = {name: getattr(options, name) for name in ("steps", "paths", "picks")}
+    given = [f"--{name}={number}" for name, number in numbers_of.items()]
+    text = without_vector_units(given).stdout
     if options.write:
         kept = {"environment": environment(), "digests": json.loads(text)}
         KEPT.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
