@@ -163,7 +163,7 @@ class Command(ABC):
         has_end: whether the platform comes to rest of itself.
         has_line: whether the platform moves on a line, on which a stop should stay.
         is_checked_whole: whether all of it is looked at before it begins, which may take long.
-        leads_anywhere: whether nobody knows where its motion leads, as newer ones renew it.
+        destination_unknown: whether nobody knows where its motion leads, as newer ones renew it.
         is_planned_again: whether it is planned with all of the limits where it begins at rest, and
             again with less where shaping takes some.
         is_timed: whether its plan is for the instant for which it was made, and for no later one.
@@ -190,7 +190,7 @@ class Command(ABC):
     has_end: ClassVar[bool] = True
     has_line: ClassVar[bool] = True
     is_checked_whole: ClassVar[bool] = False
-    leads_anywhere: ClassVar[bool] = False
+    destination_unknown: ClassVar[bool] = False
     is_planned_again: ClassVar[bool] = False
     is_timed: ClassVar[bool] = False
     path: PlatformPath | None = None
@@ -353,7 +353,7 @@ class Jog(Command):
 
     kind = TargetKind.VELOCITY
     phase = MotionPhase.JOGGING
-    leads_anywhere = True
+    destination_unknown = True
     velocity: Vector3
 
     def __init__(
@@ -433,7 +433,7 @@ class Track(Command):
     phase = MotionPhase.TRACKING
     has_end = False
     has_line = False
-    leads_anywhere = True
+    destination_unknown = True
     position: Vector3
     velocity: Vector3
 
@@ -636,7 +636,7 @@ class Transfer(Command):
     kind = TargetKind.PLACE
     phase = MotionPhase.MOVING
     has_line = False
-    leads_anywhere = True
+    destination_unknown = True
     is_timed = True
 
     def __init__(

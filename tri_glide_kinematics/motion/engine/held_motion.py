@@ -273,7 +273,7 @@ class HeldMotion:
         Returns:
             Shape (n, 3) [m]; None if it may come anywhere.
         """
-        if self.goal is not None and self.goal.leads_anywhere:
+        if self.goal is not None and self.goal.destination_unknown:
             return None
         places = self.plan.places(machine)
         if self.path is None:

@@ -176,7 +176,7 @@ class ShapedPlans:
             if after.path.heights is held.path.heights and held.role is PlanRole.LEADS_TO_GOAL:
                 # The whole path was looked at when it began.
                 return made
-        if after.goal.leads_anywhere:
+        if after.goal.destination_unknown:
             shaper = shaping.covering(None, None if rests else before)
         else:
             yield

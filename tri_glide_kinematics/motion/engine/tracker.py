@@ -235,10 +235,11 @@ class Tracking:
     @property
     def _next_step_at(self) -> float:
         """When the next step may begin in the held plan [s]."""
-        plan = self._holder.held.plan
-        if self._begins is not None and self._begins[0] is plan:
+        held = self._holder.held
+        if self._begins is not None and self._begins[0] is held.plan:
             return self._begins[1]
-        return plan.period if isinstance(plan, TrackedStep) else 0.0
+        step = held.tracked_step
+        return 0.0 if step is None else step.period
 
     def go_over_to(self, goal: Command) -> bool:
         """Track a ``goal`` in motion, if a step towards it is certified; return whether it is.
