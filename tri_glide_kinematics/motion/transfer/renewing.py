@@ -87,12 +87,26 @@ class Renewal:
         missed = math.dist(there, place.after(instant).position)
         if missed <= UNSEEN * allowed or end - now <= CATCHING_UP:
             return None
-        present = place.after(now)
+        try:
+            return (yield from self._renewed(place))
+        except KinematicsError as refusal:
+            if missed <= allowed:
+                return None
+            text = f"the place is missed by {1e3 * missed:.2g} mm, more than {1e3 * allowed:.2g} mm"
+            reason = TransferError(f"{text}: {refusal}")
+        return (yield from given_up(self._ways, self._plan, self._time, limits, reason))
+
+    def _renewed(self, place: MovingTarget) -> Interruptible[TransferPlan]:
+        """Return a plan that meets a ``place``, as of the start of the base, slower if need be.
+
+        Raises:
+            KinematicsError: if there is none.
+        """
+        leg, now, present = self._leg, self._now, place.after(self._now)
         off = math.dist(leg.is_at(now), present.position)
         turned = math.dist(leg.frame_at(now).velocity, present.velocity)
-        quickest = time_for(off, turned, limits)
+        quickest = time_for(off, turned, self._limits)
         latest = max(leg.arrival, now + CATCHING_UP)
-        refusal: KinematicsError | None = None
         rate = 1.0
         for met in dict.fromkeys((max(leg.upright, now + quickest), latest)):
             if met > latest:
@@ -119,11 +133,7 @@ class Renewal:
                 refusal = error
                 break
             yield
-        if missed <= allowed:
-            return None
-        text = f"the place is missed by {1e3 * missed:.2g} mm, more than {1e3 * allowed:.2g} mm"
-        reason = TransferError(text if refusal is None else f"{text}: {refusal}")
-        return (yield from given_up(self._ways, self._plan, self._time, limits, reason))
+        raise refusal
 
     def _met(self, leg: Leg, place: MovingTarget, met: float) -> Interruptible[TransferPlan]:
         """Return a plan whose present ``leg`` meets a ``place``, if that keeps all limits.
