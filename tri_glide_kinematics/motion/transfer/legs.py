@@ -79,7 +79,6 @@ class Leg(NamedTuple):
     Attributes:
         plan: what is driven.
         base: the motion in the frame.
-        leaves: when it is no more upright above the station before.
         upright: from when on it is upright above the next one.
         arrival: at the next one.
         begin: of what is left of it.
@@ -90,7 +89,6 @@ class Leg(NamedTuple):
 
     plan: Trajectory
     base: PathPlan
-    leaves: float
     upright: float
     arrival: float
     begin: float = 0.0
@@ -185,7 +183,7 @@ def stay(leg: Leg, dwell: float) -> Leg:
     """Return a rest of ``dwell`` seconds behind a ``leg``."""
     heights = leg.plan.at(leg.plan.duration).heights
     rest = CubicPlan(SliderState(heights, AT_REST, AT_REST), [[(dwell, 0.0)]] * 3)
-    return Leg(rest, leg.base, 0.0, 0.0, math.inf)
+    return Leg(rest, leg.base, 0.0, math.inf)
 
 
 def place_on(base: PathPlan, place: float) -> Vector3:

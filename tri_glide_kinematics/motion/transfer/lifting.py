@@ -54,7 +54,7 @@ def lifted(
     base = (yield from ways.timed(ways.up(frame.position), less)).delayed(wait)
     if not is_carried:
         yield from check_place(base.heights.driven, ways.workspace, 0.0)
-        return Leg(base, base, wait, wait, math.inf)
+        return Leg(base, base, wait, math.inf)
     leaves = wait + 0.5 * (base.duration - wait)
     begin = frame._replace(position=AT_REST)
     left = begin.after(leaves)
@@ -67,7 +67,7 @@ def lifted(
         return CarriedPlan(ways.workspace.machine, base, carriage, max(base.duration, rests))
 
     motion = yield from first_proved(map(carried, GENTLER), ways.workspace, limits)
-    return Leg(motion, base, leaves, float(motion.carriage.times[-1]), math.inf)
+    return Leg(motion, base, float(motion.carriage.times[-1]), math.inf)
 
 
 def given_up(
@@ -101,7 +101,7 @@ def given_up(
     # At last what is driven in the frame goes on to its end.
     slower = (*GENTLER[:-1], math.inf)
     motion = yield from first_proved(map(carried, GENTLER, slower), ways.workspace, limits)
-    last = Leg(motion, leg.base, 0.0, 0.0, math.inf, motion.begin)
+    last = Leg(motion, leg.base, 0.0, math.inf, motion.begin)
     return TransferPlan([last], plan.first + index, gives_up=reason)
 
 

@@ -209,12 +209,13 @@ class Meeting:
         Raises:
             KinematicsError: if the place cannot be reached.
         """
-        ways, region, wait, place = self._ways, self._ways.workspace, self._wait, self._place
+        ways, wait, station, place = self._ways, self._wait, self._station, self._place
+        region = ways.workspace
         self._refusal = TransferError("the place is not met: it moves too fast")
-        changes = any(self._station.acceleration) or any(self._frame.acceleration)
+        changes = any(station.acceleration) or any(self._frame.acceleration)
         less = limits.times(*(LEFT_IN_CHANGE if changes else LEFT_TO_BASE))
         early, late = PART_OF_GUESS * guess, (1.0 - PART_OF_GUESS) * guess
-        crossing = Crossing(self._frame, place, self._station.moves, part)
+        crossing = Crossing(self._frame, place, station.moves, part)
         aim = Aim(crossing, wait, Instants(wait + guess, wait + late, wait + early))
         natural: PathPlan | None = None
         stretch, planned = 1.0, 0
@@ -233,7 +234,7 @@ class Meeting:
             if aim.is_missed(found):
                 aim, natural = aim.corrected(found, float(less.table[0].min())), None
                 continue
-            for instant in (found.arrival, found.arrival + self._station.dwell):
+            for instant in (found.arrival, found.arrival + station.dwell):
                 region.check_position(place.after(instant).position)
             carried = self._carried(base, found, aim)
             try:
@@ -242,7 +243,10 @@ class Meeting:
                 self._refusal = error
                 return None, guess
             if use.keeps_limits:
-                return self._leg_of(carried, base, found, crossing), guess
+                _, met = crossing.goes_over(found)
+                slope, moves, ride = slope_of(station), station.moves, station.ride
+                leg = Leg(carried, base, met, found.arrival, 0.0, slope, moves, ride)
+                return leg, guess
             slower = slowdown(use, limits)
             if slower > MUCH_SLOWER and planned < PLANNED_FOR_LESS:
                 # Less of the limits that are exceeded costs less time than to be slower everywhere.
@@ -267,13 +271,6 @@ class Meeting:
         end = found.arrival + self._station.ride
         carriage = Carriage.onto(begins, self._place, goal, (met, found.arrival, end))
         return CarriedPlan(self._ways.workspace.machine, base, carriage, end)
-
-    def _leg_of(
-        self, carried: CarriedPlan, base: PathPlan, found: Instants, crossing: Crossing
-    ) -> Leg:
-        begin, met = crossing.goes_over(found)
-        slope, moves, ride = slope_of(self._station), self._station.moves, self._station.ride
-        return Leg(carried, base, begin, met, found.arrival, 0.0, slope, moves, ride)
 
 
 def _less_of(limits: SliderLimits, use: LimitBounds) -> SliderLimits:

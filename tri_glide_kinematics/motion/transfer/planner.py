@@ -87,4 +87,4 @@ class TransferPlanner:
         base = yield from ways.timed(ways.between(frame.position, station.position), limits)
         base = base.delayed(wait)
         yield from check_place(base.heights.driven, ways.workspace, 0.0)
-        return Leg(base, base, wait, wait, base.duration)
+        return Leg(base, base, wait, base.duration)

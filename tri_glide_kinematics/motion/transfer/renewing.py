@@ -188,10 +188,8 @@ class Renewal:
                 # The place that it leads to does not wait.
                 use.check(self._limits)
             yield
-        leaves, upright, arrival = (stretch * each for each in leg[2:5])
-        return leg._replace(
-            plan=carried, base=base, leaves=leaves, upright=upright, arrival=arrival
-        )
+        upright, arrival = stretch * leg.upright, stretch * leg.arrival
+        return leg._replace(plan=carried, base=base, upright=upright, arrival=arrival)
 
 
 def slower_leg(leg: Leg, now: float, rate: float) -> Leg:
@@ -216,6 +214,6 @@ def slower_leg(leg: Leg, now: float, rate: float) -> Leg:
     )
     ways, speeds, accelerations = scaling.evaluate(inside)
     slower = TimeScaling(times, ways, speeds * rates, accelerations * rates**2 + speeds * bends)
-    leaves, upright, arrival = later(np.array(leg[2:5])).tolist()
+    upright, arrival = later(np.array((leg.upright, leg.arrival))).tolist()
     base = PathPlan(leg.base.heights, slower)
-    return leg._replace(base=base, leaves=leaves, upright=upright, arrival=arrival)
+    return leg._replace(base=base, upright=upright, arrival=arrival)
