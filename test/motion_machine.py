@@ -21,7 +21,7 @@ from tri_glide_kinematics.motion import (
     SliderLimits,
     SliderState,
 )
-from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
+from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind, Shaping
 from tri_glide_kinematics.motion.trajectory import ruckig_planner
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -125,12 +125,14 @@ def engine(
     workspace_limits: WorkspaceLimits = DEFAULT_LIMITS,
     heights=HOME,
     period: float = DT,
+    shaper: Shaping | None = None,
     **options,
 ) -> RecordedEngine:
-    """Return an engine that rests at ``heights``."""
+    """Return an engine that rests at ``heights``, with a ``shaper`` in force."""
     started = RecordedEngine(Workspace(MACHINE, workspace_limits), limits, kind=kind, **options)
     started.period = period
     started.start(heights)
+    started.set_shaper(shaper)
     return started
 
 
@@ -150,6 +152,16 @@ def run(moving: RecordedEngine, seconds: float, pieces: float = PIECES) -> Float
         if pieces:
             moving.work(more(pieces - 1))
     return moving.heights_since(first)
+
+
+def under_way(
+    target, seconds: float, *of_engine, pieces: float = PIECES, **options
+) -> RecordedEngine:
+    """Return an engine that has been on its way to a ``target`` for some ``seconds``."""
+    moving = engine(*of_engine, **options)
+    moving.move_to(target)
+    run(moving, seconds, pieces)
+    return moving
 
 
 def run_to_rest(

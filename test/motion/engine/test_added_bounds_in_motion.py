@@ -89,8 +89,8 @@ def test_no_path_is_refused_for_the_forces_that_a_shaper_adds():
     )
     rng = np.random.default_rng(7)
     for _ in range(2):
-        moving = engine(limits=SliderLimits.uniform(1.5, 30.0, 2000.0).with_added(bound))
-        moving.set_shaper(SHAPER)
+        limits = SliderLimits.uniform(1.5, 30.0, 2000.0).with_added(bound)
+        moving = engine(limits=limits, shaper=SHAPER)
         start = MACHINE.forward(moving.state.heights)
         places = (0.0, 0.0, 0.25) + rng.uniform(-1.0, 1.0, (4, 3)) * (0.08, 0.08, 0.06)
         moving.follow(PlatformPath.through([start, *places], 2e-3))

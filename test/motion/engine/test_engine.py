@@ -194,8 +194,7 @@ def test_flood_of_differing_targets_still_makes_progress(kind):
 @each_kind
 @pytest.mark.parametrize("shaper", [None, SHAPER])
 def test_held_plan_can_be_sampled_as_it_will_be_stepped(kind, shaper):
-    moving = engine(kind)
-    moving.set_shaper(shaper)
+    moving = engine(kind, shaper=shaper)
     moving.move_to(TARGET)
     run(moving, 0.1)
     moving.move_to(OTHER)

@@ -25,6 +25,7 @@ from motion_machine import (
     place,
     run,
     run_to_rest,
+    under_way,
 )
 
 from testing.pieces import timed
@@ -42,18 +43,13 @@ NO_MORE = more(0)
 
 def on_the_way(kind: MotionKind, seconds: float = 0.12) -> RecordedEngine:
     """Return an engine in mid-motion to ``TARGET``."""
-    moving = engine(kind, in_pieces=True)
-    moving.move_to(TARGET)
-    run(moving, seconds, pieces=100)
-    return moving
+    return under_way(TARGET, seconds, kind, in_pieces=True, pieces=100)
 
 
 @each_kind
 @pytest.mark.parametrize("pieces", [1, 3, 100])
 def test_a_new_target_in_mid_motion_is_reached_with_no_step(kind, pieces):
-    moving = engine(kind, in_pieces=True)
-    moving.move_to(TARGET)
-    run(moving, 0.12, pieces)
+    moving = under_way(TARGET, 0.12, kind, in_pieces=True, pieces=pieces)
     number = moving.plan_number
     moving.move_to(OTHER)
     assert moving.target == TARGET
@@ -104,9 +100,7 @@ def test_a_sooner_plan_that_takes_too_many_pieces_is_tried_once(monkeypatch):
 
     monkeypatch.setattr(replanning.Replanning, "sooner", counted)
     monkeypatch.setattr(replacing, "MOST_PIECES", 40)
-    moving = engine(MotionKind.LINEAR)
-    moving.move_to(TARGET)
-    run(moving, 1.0, pieces=0)
+    moving = under_way(TARGET, 1.0, MotionKind.LINEAR, pieces=0)
     assert place(moving) == pytest.approx(TARGET, abs=1e-9)
     assert len(tried) == 1
 
@@ -123,9 +117,7 @@ def test_a_plan_that_is_late_begins_later(kind):
 
 
 def test_the_next_plan_begins_so_far_ahead_as_the_last_ones_took():
-    moving = engine(MotionKind.LINEAR, in_pieces=True, period=FINE)
-    moving.move_to(TARGET)
-    run(moving, 0.1, pieces=1)
+    moving = under_way(TARGET, 0.1, MotionKind.LINEAR, in_pieces=True, period=FINE, pieces=1)
     waits = []
     for turn in range(8):
         number = moving.plan_number
@@ -235,8 +227,7 @@ def test_limits_that_come_while_a_target_is_planned_or_begun_with_lose_neither(k
 
 @pytest.mark.parametrize("shaper", [None, SHAPER])
 def test_limits_at_rest_are_in_force_at_once(shaper):
-    moving = engine(in_pieces=True)
-    moving.set_shaper(shaper)
+    moving = engine(in_pieces=True, shaper=shaper)
     moving.set_limits(LOWER)
     assert moving.limits == LOWER
     assert not moving.limits_pending
@@ -362,8 +353,7 @@ def test_no_piece_looks_at_many_cells_however_slow_the_platform_has_to_be(kind):
 
 def test_a_plan_that_takes_too_many_pieces_is_refused_with_what_makes_it_long(monkeypatch):
     limits = LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.01))
-    moving = engine(in_pieces=True, limits=limits)
-    moving.set_shaper(SHAPER)
+    moving = engine(in_pieces=True, limits=limits, shaper=SHAPER)
     monkeypatch.setattr(replacing, "MOST_PIECES", 6)
     moving.move_to(TARGET)
     pieces = 1

@@ -16,6 +16,7 @@ from motion_machine import (
     platform_velocity,
     run,
     run_to_rest,
+    under_way,
     within,
 )
 
@@ -26,9 +27,7 @@ from tri_glide_kinematics.workspace import WorkspaceLimits
 
 @each_kind
 def test_new_target_in_mid_motion_does_not_stop_in_between(kind):
-    moving = engine(kind)
-    moving.move_to((0.12, 0.0, 0.3))
-    run(moving, 0.15)
+    moving = under_way((0.12, 0.0, 0.3), 0.15, kind)
     moving.move_to((0.12, 0.1, 0.45))
     run_to_rest(moving)
     speeds = np.linalg.norm(np.diff(moving.heights_since(), axis=0), axis=1) / DT
@@ -116,9 +115,7 @@ def test_flood_of_differing_twists_still_makes_progress(kind, change):
 @each_kind
 def test_stop_is_a_ramp_that_is_soon_over(kind):
     for time in np.linspace(0.01, 0.35, 18):
-        moving = engine(kind)
-        moving.move_to((0.12, -0.05, 0.45))
-        run(moving, float(time))
+        moving = under_way((0.12, -0.05, 0.45), float(time), kind)
         held = moving.time_to_rest
         moving.stop()
         assert moving.phase in (MotionPhase.STOPPING, MotionPhase.IDLE)
@@ -137,9 +134,7 @@ def test_stop_at_rest_is_nothing():
 
 @each_kind
 def test_target_after_a_stop_is_moved_to(kind):
-    moving = engine(kind)
-    moving.move_to(TARGET)
-    run(moving, 0.1)
+    moving = under_way(TARGET, 0.1, kind)
     moving.stop()
     run(moving, 0.02)
     moving.move_to(TARGET)

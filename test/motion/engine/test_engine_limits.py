@@ -20,6 +20,7 @@ from motion_machine import (
     platform_velocity,
     run,
     run_to_rest,
+    under_way,
     within,
 )
 
@@ -32,10 +33,7 @@ FAR = (0.12, -0.05, 0.45)
 
 def begun(kind: MotionKind = MotionKind.SLIDER, seconds: float = 0.15) -> RecordedEngine:
     """Return an engine that has been on its way to ``FAR`` for some time."""
-    moving = engine(kind)
-    moving.move_to(FAR)
-    run(moving, seconds)
-    return moving
+    return under_way(FAR, seconds, kind)
 
 
 @each_kind
@@ -78,9 +76,7 @@ def test_lower_limits_in_mid_motion_break_neither_the_old_nor_the_new(kind):
 @each_kind
 def test_higher_limits_are_used_at_once(kind):
     slow = SliderLimits.uniform(0.1, 2.0, 30.0)
-    moving = engine(kind, slow)
-    moving.move_to(FAR)
-    run(moving, 0.3)
+    moving = under_way(FAR, 0.3, kind, slow)
     before = moving.remaining
     moving.set_limits(LIMITS)
     assert moving.limits is LIMITS
@@ -142,9 +138,8 @@ def test_start_adopts_limits_that_were_pending():
 
 
 def test_refusal_of_a_command_that_had_to_wait_is_told_once():
-    moving = engine(MotionKind.LINEAR, heights=MACHINE.inverse((0.03, -0.02, 0.51)))
-    moving.move_to((0.02, -0.02, 0.5))
-    run(moving, 0.02)
+    start = MACHINE.inverse((0.03, -0.02, 0.51))
+    moving = under_way((0.02, -0.02, 0.5), 0.02, MotionKind.LINEAR, heights=start)
     moving.set_limits(SliderLimits.uniform(0.001, 1.0, 20.0))
     assert moving.limits_pending
     # Until the new limits are in force it is only noted; its way turns out to be blocked.

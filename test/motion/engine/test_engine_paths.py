@@ -24,6 +24,7 @@ from motion_machine import (
     run,
     run_to_rest,
     speeds,
+    under_way,
 )
 from soak import combined
 
@@ -173,9 +174,7 @@ def test_a_new_target_leaves_the_path(in_pieces):
 @each_mode
 def test_a_path_elsewhere_begins_after_a_line_to_its_start(in_pieces):
     path = path_beside((0.01, 0.02, 0.01), (0.03, 0.02, 0.01))
-    moving = engine(in_pieces=in_pieces)
-    moving.move_to(TARGET)
-    run(moving, 0.05)
+    moving = under_way(TARGET, 0.05, in_pieces=in_pieces)
     moving.follow(path)
     run_to_rest(moving)
     assert_rests_at(moving, path.end)
@@ -282,8 +281,7 @@ def steadily(speed: float, in_pieces: bool, shaper=None) -> RecordedEngine:
     path = PlatformPath.start(START)
     for _ in range(4):
         path = path.arc_about(beside(-0.03), (0.0, 0.0, 1.0), 2.0 * np.pi, 1e-3, speed)
-    moving = engine(in_pieces=in_pieces)
-    moving.set_shaper(shaper)
+    moving = engine(in_pieces=in_pieces, shaper=shaper)
     moving.follow(path)
     run(moving, 0.8)
     return moving
@@ -317,8 +315,7 @@ def test_a_rapid_override_bounds_what_asks_for_no_speed_in_mid_path_and_nothing_
     path = PlatformPath.start(START)
     for number in range(6):
         path = path.line_to(beside(0.05 * (-1) ** number, 0.005 * number), tolerance=1e-3)
-    moving = engine(in_pieces=in_pieces)
-    moving.set_shaper(shaper)
+    moving = engine(in_pieces=in_pieces, shaper=shaper)
     moving.follow(path.line_to(beside(0.0, -SIDE), speed=asked))
     assert speeds(run(moving, 0.4)).max() > 5.0 * scale
     moving.set_limits(moving.limits, rapid_scale=scale)
@@ -357,8 +354,7 @@ def test_a_lower_speed_scale_slows_a_path_down_that_asks_for_a_speed_and_stops_n
 @each_mode
 @pytest.mark.parametrize("shaper", [None, SHAPER])
 def test_the_place_on_the_path_is_that_of_the_setpoint(in_pieces, shaper):
-    moving = engine(in_pieces=in_pieces)
-    moving.set_shaper(shaper)
+    moving = engine(in_pieces=in_pieces, shaper=shaper)
     assert math.isnan(moving.path_place)
     # There and back, with a stop between; then another path.
     moving.follow(path_beside((0.0, 0.0), (0.02, 0.0), (0.0, 0.0)))

@@ -70,9 +70,7 @@ each_shaper_and_mode = corners("shaper, in_pieces", (None, SHAPER), (False, True
 def resting(in_pieces: bool = True, shaper: Shaper | None = None, **options) -> RecordedEngine:
     """Return an engine that rests in the middle, with a shaper in force."""
     start = MACHINE.inverse(CENTRE)
-    moving = engine(heights=start, in_pieces=in_pieces, **options)
-    moving.set_shaper(shaper)
-    return moving
+    return engine(heights=start, in_pieces=in_pieces, **options, shaper=shaper)
 
 
 def jogging(in_pieces: bool = True, shaper: Shaper | None = None, **options) -> RecordedEngine:

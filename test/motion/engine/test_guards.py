@@ -14,8 +14,8 @@ from motion_machine import (
     WORKSPACE,
     engine,
     peaks,
-    run,
     run_to_rest,
+    under_way,
     within,
 )
 from numpy.polynomial import Polynomial
@@ -72,9 +72,7 @@ def reach_overrun(heights) -> float:
 def lowered_limits_while_moving() -> tuple[float, float]:
     """Return the largest acceleration and jerk after lower limits came in mid-motion."""
     lower = SliderLimits.uniform(1.0, 3.0, 60.0)
-    moving = engine()
-    moving.move_to((0.1, 0.05, 0.45))
-    run(moving, 0.09)
+    moving = under_way((0.1, 0.05, 0.45), 0.09)
     moving.set_limits(lower)
     while moving.limits is not lower:
         moving.step(DT)
@@ -96,9 +94,7 @@ def test_slider_plans_are_compared_with_the_limits(monkeypatch):
     """Ruckig's move from a state that cannot keep new limits breaks them and says nothing."""
 
     def peak() -> float:
-        moving = engine()
-        moving.move_to((0.1, 0.05, 0.45))
-        run(moving, 0.05)
+        moving = under_way((0.1, 0.05, 0.45), 0.05)
         lower = SliderLimits.uniform(0.2, 10.0, 200.0)
         plan = at_once(SliderMotion().move(moving.state, HOME, lower))
         return float(np.abs(plan.sample(np.linspace(0.0, plan.duration, 500)).velocities).max())
@@ -198,9 +194,8 @@ def many_new_targets(count: int = 12) -> float:
     rng = np.random.default_rng(3)
     worst = 0.0
     for _ in range(count):
-        moving = engine(MotionKind.LINEAR)
-        moving.move_to(rng.uniform((-0.1, -0.1, 0.1), (0.1, 0.1, 0.45)).tolist())
-        run(moving, float(rng.uniform(0.05, 0.25)))
+        target = rng.uniform((-0.1, -0.1, 0.1), (0.1, 0.1, 0.45)).tolist()
+        moving = under_way(target, float(rng.uniform(0.05, 0.25)), MotionKind.LINEAR)
         moving.move_to(rng.uniform((-0.1, -0.1, 0.1), (0.1, 0.1, 0.45)).tolist())
         run_to_rest(moving)
         worst = max(worst, float(peaks(moving.heights_since())[2]) / 200.0)

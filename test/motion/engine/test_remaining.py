@@ -19,6 +19,7 @@ from motion_machine import (
     path_beside,
     place,
     run,
+    under_way,
 )
 
 from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformPath, SliderLimits
@@ -82,9 +83,7 @@ def test_a_loop_over_it_drives_a_path_of_many_windows_and_its_extension(in_piece
 @each_kind
 @each_mode
 def test_a_loop_over_it_drives_a_move_that_comes_in_motion(kind, in_pieces):
-    moving = engine(kind, in_pieces=in_pieces)
-    moving.move_to(TARGET)
-    run(moving, 0.1, math.inf)
+    moving = under_way(TARGET, 0.1, kind, in_pieces=in_pieces, pieces=math.inf)
     moving.move_to(OTHER)
     assert math.isinf(moving.remaining) is in_pieces
     assert_counts_down(loop(moving))
@@ -94,9 +93,7 @@ def test_a_loop_over_it_drives_a_move_that_comes_in_motion(kind, in_pieces):
 @each_kind
 @each_mode
 def test_it_is_unknown_while_a_goal_waits_for_limits(kind, in_pieces):
-    moving = engine(kind, in_pieces=in_pieces)
-    moving.move_to(TARGET)
-    run(moving, 0.15, math.inf)
+    moving = under_way(TARGET, 0.15, kind, in_pieces=in_pieces, pieces=math.inf)
     moving.set_limits(SLOW)
     moving.move_to(OTHER)
     assert moving.limits_pending
@@ -128,9 +125,7 @@ def test_a_pause_has_no_known_end_and_a_stop_has(in_pieces):
 
 @each_mode
 def test_what_has_no_end_has_no_time_to_it(in_pieces):
-    moving = engine(in_pieces=in_pieces)
-    moving.move_to(TARGET)
-    run(moving, 0.1, math.inf)
+    moving = under_way(TARGET, 0.1, in_pieces=in_pieces, pieces=math.inf)
     moving.jog((0.05, 0.0, 0.0))
     assert moving.tracks
     assert math.isinf(moving.remaining)

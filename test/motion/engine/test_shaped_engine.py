@@ -21,6 +21,7 @@ from motion_machine import (
     platform_velocity,
     run,
     run_to_rest,
+    under_way,
     within,
 )
 
@@ -39,8 +40,7 @@ from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 
 def shaped(kind: MotionKind = MotionKind.SLIDER, **options) -> RecordedEngine:
     """Return an engine that rests, with the shaper in force."""
-    moving = engine(kind, **options)
-    moving.set_shaper(SHAPER)
+    moving = engine(kind, **options, shaper=SHAPER)
     assert moving.shaper is SHAPER
     return moving
 
@@ -78,8 +78,8 @@ def test_lines_and_their_stops_stay_straight():
 
 def test_a_slow_line_begins_though_what_is_shaped_exceeds_a_limit_by_a_millionth_all_the_way():
     start = MACHINE.inverse((-0.06, 0.04, 0.28))
-    moving = engine(MotionKind.LINEAR, heights=start, in_pieces=True)
-    moving.set_shaper(Shaper.of(ShaperKind.THREE_HUMP_EI, Mode(3.0, 0.0)))
+    slow = Shaper.of(ShaperKind.THREE_HUMP_EI, Mode(3.0, 0.0))
+    moving = engine(MotionKind.LINEAR, heights=start, in_pieces=True, shaper=slow)
     moving.set_speed_scale(0.01)
     moving.move_to((0.06, -0.04, 0.3))
     pieces = 0
@@ -160,9 +160,7 @@ def test_a_motion_is_never_planned_for_less_than_it_has(velocity, acceleration):
 
 
 def test_a_change_of_shaper_waits_for_rest():
-    moving = engine()
-    moving.move_to(TARGET)
-    run(moving, 0.1)
+    moving = under_way(TARGET, 0.1)
     moving.set_shaper(SHAPER)
     assert moving.shaper is None
     assert moving.shaper_pending
@@ -251,8 +249,7 @@ def test_a_jog_in_another_direction_is_calm(kind):
 def test_a_plan_from_rest_is_proved_from_its_start_however_long_that_takes(start, end, monkeypatch):
     # Nothing is left to the shaper, so that the first plan exceeds limits.
     monkeypatch.setattr(drive_limits, "LEFT_TO_PLANS", (1.0, 1.0, 1.0))
-    moving = engine(heights=MACHINE.inverse(start), in_pieces=True)
-    moving.set_shaper(SHAPER)
+    moving = engine(heights=MACHINE.inverse(start), in_pieces=True, shaper=SHAPER)
     moving.move_to(end)
     while True:
         moving.work(lambda: False)

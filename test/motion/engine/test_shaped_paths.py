@@ -48,9 +48,7 @@ SHAPERS = (
 def at_start(path: PlatformPath, shaper: Shaper = SHAPER, **options) -> RecordedEngine:
     """Return an engine that rests at the start of a path, with a shaper in force."""
     start = MACHINE.inverse(path.position(0.0))
-    moving = engine(MotionKind.LINEAR, heights=start, **options)
-    moving.set_shaper(shaper)
-    return moving
+    return engine(MotionKind.LINEAR, heights=start, **options, shaper=shaper)
 
 
 def following(path: PlatformPath, shaper: Shaper = SHAPER, **options) -> RecordedEngine:

@@ -65,8 +65,7 @@ def resting(
     kind: MotionKind = MotionKind.LINEAR, at: Vector3 = LEFT, **options: bool
 ) -> RecordedEngine:
     """Return an engine that rests, with shapers by place in force."""
-    moving = engine(kind, heights=MACHINE.inverse(at), **options)
-    moving.set_shaper(BY_PLACE)
+    moving = engine(kind, heights=MACHINE.inverse(at), **options, shaper=BY_PLACE)
     assert not moving.shaper_pending
     return moving
 
