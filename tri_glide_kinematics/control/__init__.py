@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.command_queue import Inbox as Inbox
     from tri_glide_kinematics.control.command_queue import Kind as Kind
     from tri_glide_kinematics.control.commanded_motion import TEACH_SPEED as TEACH_SPEED
-    from tri_glide_kinematics.control.commanded_motion import CommandedMotion as CommandedMotion
     from tri_glide_kinematics.control.commanded_motion import in_teach_mode as in_teach_mode
     from tri_glide_kinematics.control.controller import MotionController as MotionController
     from tri_glide_kinematics.control.feed_forward import FeedForward as FeedForward
@@ -60,7 +59,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.operating_state import StateMachine as StateMachine
     from tri_glide_kinematics.control.operation import TRAVEL_TOLERANCE as TRAVEL_TOLERANCE
     from tri_glide_kinematics.control.operation import BrokenError as BrokenError
-    from tri_glide_kinematics.control.operation import Operation as Operation
     from tri_glide_kinematics.control.operation import StartingPlace as StartingPlace
     from tri_glide_kinematics.control.supervision import LEAST_PAUSE as LEAST_PAUSE
     from tri_glide_kinematics.control.supervision import SILENT_CYCLES as SILENT_CYCLES
