@@ -7,8 +7,10 @@ import pytest
 from motion_machine import LIMITS, MACHINE, WORKSPACE
 
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion import SliderLimitError, SliderLimits
+from tri_glide_kinematics.motion import SliderLimitError, SliderLimits, SliderTravelError
+from tri_glide_kinematics.motion.errors import MotionError
 from tri_glide_kinematics.motion.limits import AT_REST
+from tri_glide_kinematics.motion.shaped import SeriesPlan
 from tri_glide_kinematics.motion.tracking import MovingTarget
 from tri_glide_kinematics.motion.transfer import Station, Ways
 from tri_glide_kinematics.motion.transfer.carried import Carriage, first_proved, resting_after
@@ -95,3 +97,12 @@ def test_the_first_motion_that_is_proved_is_taken_or_the_last_refusal_told():
     assert at_once(first_proved(iter([plan]), WORKSPACE, LIMITS)) is plan
     with pytest.raises(SliderLimitError):
         at_once(first_proved(iter([plan, plan]), WORKSPACE, low))
+
+
+def test_what_is_carried_is_checked_for_the_workspace(monkeypatch):
+    def outside(*_):
+        raise SliderTravelError(0, 0.91, 0.9)
+
+    monkeypatch.setattr(SeriesPlan, "checks_inside", outside)
+    with pytest.raises(MotionError):
+        leg()
