@@ -8,7 +8,6 @@ from motion_machine import LIMITS, MACHINE, WORKSPACE
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion import SliderLimitError, SliderLimits, SliderTravelError
-from tri_glide_kinematics.motion.errors import MotionError
 from tri_glide_kinematics.motion.limits import AT_REST
 from tri_glide_kinematics.motion.shaped import SeriesPlan
 from tri_glide_kinematics.motion.tracking import MovingTarget
@@ -99,10 +98,10 @@ def test_the_first_motion_that_is_proved_is_taken_or_the_last_refusal_told():
         at_once(first_proved(iter([plan, plan]), WORKSPACE, low))
 
 
-def test_what_is_carried_is_checked_for_the_workspace(monkeypatch):
+def test_what_is_carried_is_checked_for_the_workspace_and_why_it_is_refused_is_told(monkeypatch):
     def outside(*_):
         raise SliderTravelError(0, 0.91, 0.9)
 
     monkeypatch.setattr(SeriesPlan, "checks_inside", outside)
-    with pytest.raises(MotionError):
+    with pytest.raises(SliderTravelError):
         leg()

@@ -176,7 +176,7 @@ class Meeting:
         """
         self._ways, self._frame, self._station, self._wait = ways, frame, station, wait
         self._place, self._expected = station.after(age), station.after(age + wait)
-        # Why there is no leg.
+        # Why there is no leg: what was found last, if anything was.
         self._refusal: KinematicsError = TransferError("the place is not met: it moves too fast")
 
     def leg(self, limits: SliderLimits) -> Interruptible[Leg]:
@@ -211,7 +211,6 @@ class Meeting:
         """
         ways, wait, station, place = self._ways, self._wait, self._station, self._place
         region = ways.workspace
-        self._refusal = TransferError("the place is not met: it moves too fast")
         changes = any(station.acceleration) or any(self._frame.acceleration)
         less = limits.times(*(LEFT_IN_CHANGE if changes else LEFT_TO_BASE))
         early, late = PART_OF_GUESS * guess, (1.0 - PART_OF_GUESS) * guess
