@@ -17,7 +17,6 @@ from time import thread_time
 from typing import NamedTuple
 
 import numpy as np
-from ruckig import Synchronization
 
 from benchmarks.judge import LIMITS, MACHINE
 from benchmarks.linear_moves import WORKSPACE, random_moves
@@ -181,15 +180,9 @@ def random_way(turn: Turn, rng: np.random.Generator, shortest: float) -> float:
     blend = None
     if residual is not None:
         offsets = tuple((np.array(heights) - line.start_heights).tolist())
-        phases = THREE.to_rest_at(
-            AT_REST,
-            offsets,
-            residual.velocities,
-            residual.accelerations,
-            reduced,
-            Synchronization.No,
-        )
-        blend = CubicPlan(SliderState(offsets, *residual[1:]), phases)
+        beside = residual._replace(heights=offsets)
+        phases = THREE.to_rest_at(AT_REST, *beside, reduced, together=False)
+        blend = CubicPlan(beside, phases)
     entry = Entry(line, speed, acceleration_along, blend)
     plan = LinePlan(line, _random_scaling(entry, 1.0 - part, rng), blend)
     if not plan.duration < shortest:

@@ -44,9 +44,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.phases import shortest_piece as shortest_piece
     from tri_glide_kinematics.motion.trajectory.phases import total_duration as total_duration
     from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner as RuckigPlanner
-    from tri_glide_kinematics.motion.trajectory.ruckig_planner import (
-        Synchronization as Synchronization,
-    )
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling
     from tri_glide_kinematics.motion.trajectory.trajectory import MixedSeries as MixedSeries
