@@ -43,8 +43,8 @@ from tri_glide_kinematics.motion.trajectory import (
     RuckigPlanner,
     StraightLine,
     TimeScaling,
+    cut_to,
     evaluate,
-    first_of,
     knots,
     lasting,
     shortest_piece,
@@ -207,7 +207,7 @@ def _random_scaling(entry: Entry, left: float, rng: np.random.Generator) -> Time
         first = _onwards(
             state, target, rng.uniform(0.5, 1.3) * left + 0.02, accelerations, jerks, rng
         )
-        phases = first_of([(wait, 0.0), *first] if wait else first, until)
+        phases = cut_to([(wait, 0.0), *first] if wait else first, until)
         ends = evaluate(phases, initial, np.array([total_duration(phases)]))
         state = float(ends.values[0]), float(ends.rates[0]), float(ends.accelerations[0])
     last = _onwards(state, target, rng.uniform(0.85, 1.02), accelerations, jerks, rng)

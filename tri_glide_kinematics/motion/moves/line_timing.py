@@ -34,8 +34,8 @@ from tri_glide_kinematics.motion.trajectory import (
     UsableParts,
     after,
     bounds_along,
+    cut_to,
     evaluate,
-    first_of,
     knots,
     lasting,
     merged,
@@ -333,7 +333,7 @@ class LineTiming:
             phases = self._to_end(parametrisation, state, factors.begin_rate, factors.begin)
             if total_duration(phases) <= until:
                 return lasting(phases, entry.blend)
-            phases = first_of(phases, until)
+            phases = cut_to(phases, until)
             value, rate, acceleration = evaluate(phases, state, np.array([until]))[1:]
             state = float(value[0]), float(rate[0]), float(acceleration[0])
         speed = factors.after

@@ -17,14 +17,13 @@ from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves.line_moves import SAMPLES_IN_PIECE, LinearMotion, found
 from tri_glide_kinematics.motion.tracking import (
-    Braking,
     SliderWay,
     braking_alone,
     braking_together,
     first_certified,
     to_zero,
 )
-from tri_glide_kinematics.motion.trajectory import CubicPlan, Trajectory, total_duration
+from tri_glide_kinematics.motion.trajectory import CubicPlan, Phases, Trajectory, total_duration
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
@@ -72,7 +71,7 @@ class OwnStop(NamedTuple):
         duration: until the last of them rests [s].
     """
 
-    ways: list[Braking]
+    ways: list[Phases]
     duration: float
 
 
@@ -291,7 +290,7 @@ def _gentle_stop(state: SliderState, limits: SliderLimits, part: float) -> OwnSt
             return None
         if braking > part:
             left = min(left, (part - steady) / (braking - steady))
-    ways: list[Braking] = []
+    ways: list[Phases] = []
     for velocity, acceleration, share, jerk_share in zip(*state[1:], shares, parts):
         most, jerk = left * hardest * share, sharpest * jerk_share
         ways.append(to_zero(velocity, acceleration, -most, most, jerk))
@@ -319,5 +318,5 @@ def _under_way(state: SliderState) -> list[SliderWay]:
     return [SliderWay((), 0.0, *each) for each in zip(state.velocities, state.accelerations)]
 
 
-def _timed(ways: list[Braking]) -> OwnStop:
+def _timed(ways: list[Phases]) -> OwnStop:
     return OwnStop(ways, max(total_duration(phases) for phases in ways))

@@ -15,11 +15,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.tracking.moving_target import ToldVelocity as ToldVelocity
     from tri_glide_kinematics.motion.tracking.moving_target import Wanted as Wanted
     from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity as WantedVelocity
-    from tri_glide_kinematics.motion.tracking.slider_way import Braking as Braking
     from tri_glide_kinematics.motion.tracking.slider_way import SliderWay as SliderWay
     from tri_glide_kinematics.motion.tracking.slider_way import braking_alone as braking_alone
     from tri_glide_kinematics.motion.tracking.slider_way import braking_together as braking_together
-    from tri_glide_kinematics.motion.tracking.slider_way import cut_to as cut_to
     from tri_glide_kinematics.motion.tracking.slider_way import (
         stopping_velocity as stopping_velocity,
     )
