@@ -110,35 +110,30 @@ class Stopping:
             The stop; None if the held plan is to be kept, as it rests as soon.
 
         Raises:
-            PlanningError: if none is found now that is sooner than the held plan.
+            KinematicsError: if none is found now that is sooner than the held plan.
         """
         longest = LONGEST_ON_LINE * own.duration
-        if along is not None:
+        pieces = ALONG_PIECES * (1 + len(limits.added))
+        if along is not None and left <= longest:
             try:
-                pieces = ALONG_PIECES * (1 + len(limits.added))
-                return (yield from _at_hand(along(min(longest, left)), pieces))
+                return (yield from _at_hand(along(left), pieces))
             except KinematicsError:
                 yield
-            if left <= longest:
-                return None
-        try:
-            return (yield from self._certified(state, own, limits, region))
-        except PlanningError:
-            yield
-        if along is not None and left > longest:
-            try:
-                return (yield from along(left))
-            except KinematicsError:
-                yield
-        together = _timed(braking_together(_under_way(state), limits))
-        if together.duration < left:
-            try:
-                return (yield from self._certified(state, together, limits, region))
-            except PlanningError:
-                yield
-        if along is not None:
-            raise PlanningError("no braking keeps all limits just now")
-        return (yield from self.along_line(state, limits, region, left))
+            return None
+
+        def candidates() -> Iterator[Candidate]:
+            if along is not None:
+                yield lambda: _at_hand(along(longest), pieces)
+            yield partial(self._certified, state, own, limits, region)
+            if along is not None:
+                yield partial(along, left)
+            together = _timed(braking_together(_under_way(state), limits))
+            if together.duration < left:
+                yield partial(self._certified, state, together, limits, region)
+            if along is None:
+                yield partial(self.along_line, state, limits, region, left)
+
+        return (yield from first_found(candidates()))
 
     def gently(
         self, state: SliderState, limits: SliderLimits, region: Workspace, longest: float
