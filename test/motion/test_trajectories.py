@@ -23,7 +23,6 @@ from tri_glide_kinematics import errors
 from tri_glide_kinematics.motion import (
     MotionKind,
     PlatformPath,
-    SliderLimitError,
     Trajectory,
     plan_move,
     time_path,
@@ -82,15 +81,6 @@ each_motion = pytest.mark.parametrize(
         plan_move(WORKSPACE, LIMITS, START, START),
     ],
 )
-
-
-@each_motion
-def test_limits_are_asked_of_any_trajectory(motion):
-    motion.check_limits(LIMITS)
-    if motion.duration > 0.0:
-        with pytest.raises(SliderLimitError):
-            motion.check_limits(LIMITS.with_velocity_scaled(0.3))
-        motion.check_limits(LIMITS.with_velocity_scaled(0.3), motion.duration - 1e-3)
 
 
 @each_motion
