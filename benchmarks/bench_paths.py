@@ -87,7 +87,7 @@ def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
     start, held = PathStart(0.0, 0.0, 0.0), None
     parts: list[TimeScaling] = []
     uses = np.zeros(3)
-    planning = longest = 0.0
+    now = planning = longest = 0.0
     windows = broken = 0
     last: PathPlan | None = None
     while start.place < curve.driven.length:
@@ -100,19 +100,29 @@ def drive(path: PlatformPath, limits: SliderLimits = LIMITS) -> Drive:
                 raise
             # What is held goes on to its end, and the next window begins there.
             broken += 1
-            parts.append(last.moved_to(curve, last.continue_at).scaling)
+            rest = last.scaling.since(last.continue_at)
+            parts.append(rest._replace(times=rest.times - last.continue_at + now))
+            now += float(last.scaling.times[-1]) - last.continue_at
             start, held = PathStart(last.ends_at, 0.0, 0.0), None
             continue
         planning, longest = planning + sum(pieces), max(longest, *pieces)
         uses = np.maximum(uses, derivative_bounds(curve, found.scaling).parts(limits).max(axis=1))
-        last, until = found, found.continue_at
-        parts.append(found.scaling.until(until))
-        start, held = found.on_curve(until), None
-        if until < found.duration:
-            held = found.scaling.since(until)
-    motion = TimeScaling.joined(parts)
-    duration = float(motion.times[-1])
-    return Drive(duration, motion, uses, planning, longest, broken, windows)
+        last, scaling = found, found.scaling
+        if found.continue_at == found.duration:
+            parts.append(scaling._replace(times=scaling.times + now))
+            now += float(scaling.times[-1])
+            start, held = PathStart(found.ends_at, 0.0, 0.0), None
+        else:
+            part = scaling.until(found.continue_at)
+            parts.append(part._replace(times=part.times + now))
+            now += found.continue_at
+            here = scaling.evaluate(np.array([found.continue_at]))
+            start = PathStart(*(float(values[0]) for values in here))
+            held = scaling.since(found.continue_at)
+    joined = [np.concatenate([part[i][:-1] for part in parts]) for i in range(4)]
+    ends = (now, *(values[-1] for values in parts[-1][1:]))
+    motion = TimeScaling(*(np.append(values, end) for values, end in zip(joined, ends)))
+    return Drive(now, motion, uses, planning, longest, broken, windows)
 
 
 def _random_path(chance: np.random.Generator) -> PlatformPath:
