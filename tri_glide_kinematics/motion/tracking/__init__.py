@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.tracking.follower import Follower as Follower
     from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget as MovingTarget
     from tri_glide_kinematics.motion.tracking.moving_target import TargetMotion as TargetMotion
+    from tri_glide_kinematics.motion.tracking.moving_target import ToldPlaces as ToldPlaces
     from tri_glide_kinematics.motion.tracking.moving_target import ToldVelocity as ToldVelocity
     from tri_glide_kinematics.motion.tracking.moving_target import Wanted as Wanted
     from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity as WantedVelocity
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.tracking.target_tracking import (
         straight_towards as straight_towards,
     )
-    from tri_glide_kinematics.motion.tracking.told_places import ToldPlaces as ToldPlaces
     from tri_glide_kinematics.motion.tracking.velocity_tracking import SLOWEST_JOG as SLOWEST_JOG
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

@@ -15,7 +15,7 @@ from __future__ import annotations
 from math import hypot, inf
 
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
-from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity, bend_of_turn
+from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity
 from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
     SliderWay,
@@ -32,6 +32,7 @@ from tri_glide_kinematics.motion.tracking.straight_motion import (
     slider_line,
     wanted_motion,
 )
+from tri_glide_kinematics.motion.tracking.trend import bend_of_turn
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3, plus
 from tri_glide_kinematics.workspace import Workspace
