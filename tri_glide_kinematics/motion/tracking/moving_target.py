@@ -434,15 +434,15 @@ class ToldPlaces:
         mean = scaled(minus(place, start), 1.0 / interval)
         self._mean, self.interval = mean, interval
         if before is None:
-            between, change, fastest = inf, mean, FASTEST
+            apart, change, fastest = inf, mean, FASTEST
         else:
-            between, change = 0.5 * (interval + last), minus(mean, before)
-            fastest = max(LARGEST_CHANGE, LARGEST_ACCELERATION * between)
+            apart, change = 0.5 * (interval + last), minus(mean, before)
+            fastest = max(LARGEST_CHANGE, LARGEST_ACCELERATION * apart)
         if hypot(*change) > fastest:
             self._mean = None
             return ZERO
-        rate = scaled(change, 1.0 / between)
+        rate = scaled(change, 1.0 / apart)
         velocity = combined(1.0, mean, 0.5 * interval, rate)
         turn = bend_of_turn(velocity, rate)
-        turned = turned_by(velocity, turn, sqrt(interval * between))
+        turned = turned_by(velocity, turn, sqrt(interval * apart))
         return scaled(velocity, 1.0 - turned / 3.0)
