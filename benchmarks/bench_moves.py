@@ -195,9 +195,7 @@ def random_way(turn: Turn, rng: np.random.Generator, shortest: float) -> float:
 def _random_scaling(entry: Entry, left: float, rng: np.random.Generator) -> TimeScaling:
     """Return a time scaling with random parts of the limits while the blend lasts, and after it."""
     parametrisation = parametrise(entry.line, LIMITS, NORM)
-    accelerations = float(parametrisation.accelerations.min())
-    jerks = float(parametrisation.jerks.min())
-    target = float(parametrisation.coordinates[-1])
+    target, (_, accelerations, jerks) = parametrisation.total, parametrisation.least
     initial = parametrisation.start(entry.speed, entry.acceleration)
     until = entry.blend.duration * rng.uniform(0.5, 1.0) if entry.blend is not None else 0.0
     phases: Phases = []
