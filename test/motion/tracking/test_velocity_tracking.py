@@ -11,8 +11,14 @@ from tracking_run import PERIODS, PLACE, TrackingRun
 
 from benchmarks.bench_tracking import lag, turning, unchecked
 from tri_glide_kinematics.motion.limits import EDGE_CLEARANCE, SliderLimits
-from tri_glide_kinematics.motion.tracking import WantedVelocity, WayAhead, approach, way_to_rest
-from tri_glide_kinematics.motion.tracking.straight_motion import slider_line, wanted_motion
+from tri_glide_kinematics.motion.tracking import WantedVelocity
+from tri_glide_kinematics.motion.tracking.straight_motion import (
+    WayAhead,
+    approach,
+    slider_line,
+    wanted_motion,
+    way_to_rest,
+)
 from tri_glide_kinematics.vectors import FloatArray
 
 BOX = WORKSPACES["box"]
