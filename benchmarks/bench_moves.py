@@ -17,7 +17,6 @@ from time import thread_time
 from typing import NamedTuple
 
 import numpy as np
-from ruckig import Synchronization
 
 from benchmarks.judge import LIMITS, MACHINE
 from benchmarks.linear_moves import WORKSPACE, random_moves
@@ -44,8 +43,8 @@ from tri_glide_kinematics.motion.trajectory import (
     RuckigPlanner,
     StraightLine,
     TimeScaling,
+    cut_to,
     evaluate,
-    first_of,
     knots,
     lasting,
     shortest_piece,
@@ -181,15 +180,9 @@ def random_way(turn: Turn, rng: np.random.Generator, shortest: float) -> float:
     blend = None
     if residual is not None:
         offsets = tuple((np.array(heights) - line.start_heights).tolist())
-        phases = THREE.to_rest_at(
-            AT_REST,
-            offsets,
-            residual.velocities,
-            residual.accelerations,
-            reduced,
-            Synchronization.No,
-        )
-        blend = CubicPlan(SliderState(offsets, *residual[1:]), phases)
+        beside = residual._replace(heights=offsets)
+        phases = THREE.to_rest_at(AT_REST, *beside, reduced, together=False)
+        blend = CubicPlan(beside, phases)
     entry = Entry(line, speed, acceleration_along, blend)
     plan = LinePlan(line, _random_scaling(entry, 1.0 - part, rng), blend)
     if not plan.duration < shortest:
@@ -202,9 +195,7 @@ def random_way(turn: Turn, rng: np.random.Generator, shortest: float) -> float:
 def _random_scaling(entry: Entry, left: float, rng: np.random.Generator) -> TimeScaling:
     """Return a time scaling with random parts of the limits while the blend lasts, and after it."""
     parametrisation = parametrise(entry.line, LIMITS, NORM)
-    accelerations = float(parametrisation.accelerations.min())
-    jerks = float(parametrisation.jerks.min())
-    target = float(parametrisation.coordinates[-1])
+    target, (_, accelerations, jerks) = parametrisation.total, parametrisation.least
     initial = parametrisation.start(entry.speed, entry.acceleration)
     until = entry.blend.duration * rng.uniform(0.5, 1.0) if entry.blend is not None else 0.0
     phases: Phases = []
@@ -214,7 +205,7 @@ def _random_scaling(entry: Entry, left: float, rng: np.random.Generator) -> Time
         first = _onwards(
             state, target, rng.uniform(0.5, 1.3) * left + 0.02, accelerations, jerks, rng
         )
-        phases = first_of([(wait, 0.0), *first] if wait else first, until)
+        phases = cut_to([(wait, 0.0), *first] if wait else first, until)
         ends = evaluate(phases, initial, np.array([total_duration(phases)]))
         state = float(ends.values[0]), float(ends.rates[0]), float(ends.accelerations[0])
     last = _onwards(state, target, rng.uniform(0.85, 1.02), accelerations, jerks, rng)

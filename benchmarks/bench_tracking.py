@@ -35,7 +35,7 @@ def run() -> bool:
 def rows() -> Iterable[Row]:
     """Yield lags behind twists, and errors behind targets."""
     for turns in TURNS:
-        ours, theirs = _lag(_jogged(turns), turns), _lag(_unchecked(turns), turns)
+        ours, theirs = lag(_jogged(turns), turns), lag(unchecked(turns), turns)
         yield Row(
             f"lag behind a twist that turns {turns:g} times a second",
             f"{1000.0 * ours:.2f} ms",
@@ -85,7 +85,7 @@ def _cycle(engine: MotionEngine) -> SliderState:
     return setpoint
 
 
-def _turning(time: float, turns: float) -> Vector3:
+def turning(time: float, turns: float) -> Vector3:
     """Return the twist that was sent last at a ``time`` [s]."""
     angle = math.tau * turns * TWIST_PERIOD * math.floor(time / TWIST_PERIOD + 1e-6)
     return SPEED * math.cos(angle), SPEED * math.sin(angle), 0.0
@@ -94,30 +94,30 @@ def _turning(time: float, turns: float) -> Vector3:
 def _jogged(turns: float) -> list[SliderState]:
     engine, states = _started(), []
     for cycle in range(round(2.0 / PERIOD)):
-        engine.jog(_turning(cycle * PERIOD, turns))
+        engine.jog(turning(cycle * PERIOD, turns))
         engine.work(lambda: True)
         states.append(_cycle(engine))
     return states
 
 
-def _unchecked(turns: float) -> list[SliderState]:
+def unchecked(turns: float, period: float = PERIOD, duration: float = 2.0) -> list[SliderState]:
     """Return setpoints by ruckig's velocity interface, each cycle from inverse kinematics."""
     ruckig, states = RuckigPlanner(3), []
     state = SliderState(MACHINE.inverse(PLACE), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     bounds = (LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk)
-    for cycle in range(round(2.0 / PERIOD)):
+    for cycle in range(round(duration / period)):
         place = MACHINE.forward(state.heights)
-        _, rates = MACHINE.inverse_velocity(place, _turning(cycle * PERIOD, turns))
+        _, rates = MACHINE.inverse_velocity(place, turning(cycle * period, turns))
         phases = ruckig.to_velocity(rates, state.velocities, state.accelerations, bounds)
-        state = CubicPlan(state, [[*each, (PERIOD, 0.0)] for each in phases]).at(PERIOD)
+        state = CubicPlan(state, [[*each, (period, 0.0)] for each in phases]).at(period)
         states.append(state)
     return states
 
 
-def _lag(states: list[SliderState], turns: float) -> float:
+def lag(states: list[SliderState], turns: float, period: float = PERIOD) -> float:
     """Return by how much the direction of the platform is behind that of the stick [s]."""
-    first = round(SETTLED / PERIOD)
-    times = PERIOD * np.arange(first, len(states))
+    first = round(SETTLED / period)
+    times = period * np.arange(first, len(states))
     velocities = [MACHINE.forward_velocity(*state[:2])[1] for state in states[first:]]
     angles = np.array([math.atan2(y, x) for x, y, _ in velocities])
     behind = np.angle(np.exp(1j * (math.tau * turns * times - angles)))

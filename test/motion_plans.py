@@ -2,12 +2,13 @@
 
 import numpy as np
 from hypothesis import strategies as st
-from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
+from ruckig import InputParameter, Ruckig, Synchronization
+from ruckig import Trajectory as RuckigTrajectory
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limits import AT_REST, SampledPlan, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import SliderMotion
-from tri_glide_kinematics.motion.trajectory import CubicPlan
+from tri_glide_kinematics.motion.trajectory import CubicPlan, Trajectory
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 LIMITS = SliderLimits((1.0, 0.7, 0.9), (10.0, 8.0, 12.0), (200.0, 150.0, 400.0))
@@ -41,9 +42,9 @@ def motion_of_ruckig(
     target: Vector3,
     limits: SliderLimits,
     synchronization: Synchronization = Synchronization.Time,
-) -> Trajectory:
+) -> RuckigTrajectory:
     """Return what ruckig itself makes of a move."""
-    given, trajectory = InputParameter(3), Trajectory(3)
+    given, trajectory = InputParameter(3), RuckigTrajectory(3)
     given.current_position, given.current_velocity, given.current_acceleration = state
     given.target_position = target
     given.max_velocity, given.max_acceleration = limits.velocity, limits.acceleration
@@ -56,6 +57,15 @@ def motion_of_ruckig(
 def dense(plan: CubicPlan, count: int = 4001) -> SampledPlan:
     """Return so many samples of a plan, from its start to its end."""
     return plan.sample(np.linspace(0.0, plan.duration, count))
+
+
+def assert_states_are_samples(
+    plan: Trajectory, times: FloatArray, rounding: tuple[float, float, float]
+) -> None:
+    """Compare setpoints at single instants with those of many, up to some ``rounding`` of each."""
+    states = np.array([plan.at(time) for time in times.tolist()])
+    for values, expected, near in zip(states.transpose(1, 0, 2), plan.sample(times)[1:], rounding):
+        assert np.abs(values - expected).max() <= near
 
 
 def peaks(plan: CubicPlan) -> FloatArray:

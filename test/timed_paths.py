@@ -51,14 +51,22 @@ class Driven(NamedTuple):
     Attributes:
         windows: one after the other.
         starts: where each began.
-        ways: place on the path at each cycle. Shape (n,) [m].
-        duration: [s].
+        motion: the way along it over time.
     """
 
     windows: list[PathPlan]
     starts: list[PathStart]
-    ways: FloatArray
-    duration: float
+    motion: TimeScaling
+
+    @property
+    def duration(self) -> float:
+        """Of all windows, each up to where the next one goes on [s]."""
+        return float(self.motion.times[-1])
+
+    @property
+    def ways(self) -> FloatArray:
+        """Place on the path at each cycle. Shape (n,) [m]."""
+        return self.motion.evaluate(np.arange(0.0, self.duration, DT))[0]
 
 
 def driven(curve: PathHeights, limits: SliderLimits = LIMITS) -> Driven:
@@ -66,39 +74,11 @@ def driven(curve: PathHeights, limits: SliderLimits = LIMITS) -> Driven:
     windows: list[PathPlan] = []
     starts = [AT_BEGIN]
     held: TimeScaling | None = None
-    begins, now = [0.0], 0.0
     while starts[-1].place < curve.driven.length:
         found = at_once(plan_window(curve, starts[-1], limits, held))
         windows.append(found)
         until = found.continue_at
-        starts.append(start_at(found, until))
-        held = found.scaling.since(until) if until < found.scaling.times[-1] else None
-        now += until
-        begins.append(now)
-    times = np.arange(0.0, now, DT)
-    index = np.clip(np.searchsorted(begins, times, "right") - 1, 0, len(windows) - 1)
-    ways = np.empty(len(times))
-    for number, window in enumerate(windows):
-        inside = index == number
-        ways[inside] = window.scaling.evaluate(times[inside] - begins[number])[0]
-    return Driven(windows, starts[:-1], ways, now)
-
-
-def start_at(window: PathPlan, time: float) -> PathStart:
-    """Return from where the motion of a ``window`` goes on at a ``time`` [s]."""
-    return PathStart(*(float(values[0]) for values in window.scaling.evaluate(np.array([time]))))
-
-
-def joined(found: Driven) -> TimeScaling:
-    """Return the whole motion of a path that was driven."""
-    now, parts = 0.0, []
-    for window in found.windows:
-        scaling = window.scaling
-        until = window.continue_at
-        kept = int(np.searchsorted(scaling.times, until))
-        part = [values[:kept] for values in scaling]
-        parts.append([part[0] + now, *part[1:]])
-        now += until
-    ends = (now, *(values[-1] for values in found.windows[-1].scaling[1:]))
-    columns = zip(*parts)
-    return TimeScaling(*(np.append(np.concatenate(c), end) for c, end in zip(columns, ends)))
+        starts.append(found.on_curve(until))
+        held = found.scaling.since(until) if until < found.duration else None
+    parts = [window.scaling.until(window.continue_at) for window in windows]
+    return Driven(windows, starts[:-1], TimeScaling.joined(parts))

@@ -16,13 +16,13 @@ from motion_machine import (
     engine,
     within,
 )
+from motion_plans import assert_states_are_samples
 from timed_paths import dense_path, random_path
 
 from tri_glide_kinematics import errors
 from tri_glide_kinematics.motion import (
     MotionKind,
     PlatformPath,
-    SliderLimitError,
     Trajectory,
     plan_move,
     time_path,
@@ -84,23 +84,12 @@ each_motion = pytest.mark.parametrize(
 
 
 @each_motion
-def test_limits_are_asked_of_any_trajectory(motion):
-    motion.check_limits(LIMITS)
-    if motion.duration > 0.0:
-        with pytest.raises(SliderLimitError):
-            motion.check_limits(LIMITS.with_velocity_scaled(0.3))
-        motion.check_limits(LIMITS.with_velocity_scaled(0.3), motion.duration - 1e-3)
-
-
-@each_motion
 def test_one_time_is_as_many_and_outside_the_sliders_rest(motion):
     times = np.linspace(-0.1, motion.duration + 0.1, 40)
-    states = [motion.at(time) for time in times.tolist()]
-    for values, one_by_one in zip(motion.sample(times)[1:], zip(*states)):
-        np.testing.assert_allclose(values, one_by_one, rtol=0.0, atol=1e-9)
-    for state, heights in ((states[0], motion.at(0.0)), (states[-1], motion.at(motion.duration))):
-        assert state == heights
-        assert not np.any(state[1:])
+    assert_states_are_samples(motion, times, (1e-9, 1e-9, 1e-9))
+    for outside, end in ((-0.1, 0.0), (motion.duration + 0.1, motion.duration)):
+        assert motion.at(outside) == motion.at(end)
+        assert not np.any(motion.at(outside)[1:])
 
 
 def test_what_cannot_be_driven_is_refused():

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from motion_machine import LIMITS
-from timed_paths import AT_BEGIN, dense_path, random_path, seen, start_at
+from timed_paths import AT_BEGIN, dense_path, random_path, seen
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.errors import PlanningError
@@ -18,7 +18,7 @@ def test_a_braking_goes_on_smoothly_and_keeps_the_limits(path):
     total = float(window.scaling.times[-1])
     found = 0
     for time in np.linspace(0.05 * total, 0.95 * total, 8):
-        start = start_at(window, float(time))
+        start = window.on_curve(float(time))
         try:
             braking = at_once(brake(curve, start, LIMITS))
         except PlanningError:
@@ -36,7 +36,7 @@ def test_a_braking_is_sooner_at_rest_than_the_motion():
     curve = seen(PlatformPath.start((-0.1, 0.0, 0.3)).line_to((0.1, 0.0, 0.3)))
     window = at_once(plan_window(curve, AT_BEGIN, LIMITS))
     total = float(window.scaling.times[-1])
-    start = start_at(window, 0.1 * total)
+    start = window.on_curve(0.1 * total)
     braking = at_once(brake(curve, start, LIMITS))
     assert braking.ends_at < curve.driven.length
     assert float(braking.scaling.times[-1]) < 0.5 * total

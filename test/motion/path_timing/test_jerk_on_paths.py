@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from motion_machine import LIMITS
-from timed_paths import driven, joined, seen
+from timed_paths import driven, seen
 
 from testing.jerk_on_paths import chatter, circle, polyline, square
 from tri_glide_kinematics.motion import SliderLimits
@@ -25,7 +25,7 @@ from tri_glide_kinematics.motion.trajectory import check_along
 def test_the_jerk_does_not_chatter(shape, corners, speed):
     curve = seen(shape(speed))
     found = driven(curve, LIMITS)
-    fast, turns = chatter(curve, joined(found), LIMITS)
+    fast, turns = chatter(curve, found.motion, LIMITS)
     assert fast < 0.1
     assert turns <= max(20.0 * found.duration, 6.0 * corners)
 
@@ -33,7 +33,7 @@ def test_the_jerk_does_not_chatter(shape, corners, speed):
 def test_the_speed_that_is_asked_for_is_reached():
     """But for what later parts of a window are planned with: half a percent at most."""
     curve = seen(circle(0.04, 0.1))
-    scaling = joined(driven(curve, LIMITS))
+    scaling = driven(curve, LIMITS).motion
     _, speeds, _ = scaling.evaluate(np.arange(0.1, float(scaling.times[-1]) - 0.1, 0.001))
     assert np.median(speeds) > 0.0995
 

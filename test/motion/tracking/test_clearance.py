@@ -18,8 +18,8 @@ from tri_glide_kinematics.motion.tracking import (
     braking_together,
     clearance,
     first_certified,
-    way_of,
 )
+from tri_glide_kinematics.motion.tracking.slider_way import way_of
 from tri_glide_kinematics.motion.trajectory import CubicPlan
 from tri_glide_kinematics.workspace import Traced, Workspace
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from motion_plans import PHASES
 from strategies import reproducible
 
-from tri_glide_kinematics.motion.tracking import excursion, way_of
+from tri_glide_kinematics.motion.tracking.clearance import excursion
+from tri_glide_kinematics.motion.tracking.slider_way import way_of
 from tri_glide_kinematics.motion.trajectory import evaluate, total_duration
 
 

@@ -8,13 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import reproducible
 
-from tri_glide_kinematics.motion.tracking import cut_to, stopping_velocity, to_zero, within
+from tri_glide_kinematics.motion.tracking import to_zero
 from tri_glide_kinematics.motion.tracking.slider_way import (
     mildest_way_onto,
     mildest_way_onto_speed,
+    stopping_velocity,
     way_onto,
+    within,
 )
-from tri_glide_kinematics.motion.trajectory import RuckigPlanner, after, total_duration
+from tri_glide_kinematics.motion.trajectory import RuckigPlanner, after, cut_to, total_duration
 
 MOST, JERK = 10.0, 200.0
 

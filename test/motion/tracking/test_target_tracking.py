@@ -9,12 +9,8 @@ from soak import corners
 from tracking_run import PERIODS, TrackingRun, at_rest
 
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.tracking import (
-    MovingTarget,
-    TargetMotion,
-    TargetTracking,
-    straight_towards,
-)
+from tri_glide_kinematics.motion.tracking import MovingTarget, TargetMotion
+from tri_glide_kinematics.motion.tracking.target_tracking import TargetTracking, straight_towards
 
 STILL = (0.0, 0.0, 0.0)
 RADIUS = 0.02

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.motion.tracking import MovingTarget, TargetMotion, ToldVelocity
-from tri_glide_kinematics.motion.tracking.moving_target import Trend
+from tri_glide_kinematics.motion.tracking.trend import Trend
 
 STILL = (0.0, 0.0, 0.0)
 INTERVAL = 0.01

@@ -7,16 +7,21 @@ import numpy as np
 import pytest
 from motion_machine import LIMITS, MACHINE, WORKSPACE, WORKSPACES
 from soak import corners
-from tracking_run import PERIODS, PLACE, TrackingRun, at_rest
+from tracking_run import PERIODS, PLACE, TrackingRun
 
-from tri_glide_kinematics.motion.limits import EDGE_CLEARANCE, SliderLimits, SliderState
-from tri_glide_kinematics.motion.tracking import WantedVelocity, WayAhead, approach, way_to_rest
-from tri_glide_kinematics.motion.tracking.straight_motion import slider_line, wanted_motion
-from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner
+from benchmarks.bench_tracking import lag, turning, unchecked
+from tri_glide_kinematics.motion.limits import EDGE_CLEARANCE, SliderLimits
+from tri_glide_kinematics.motion.tracking import WantedVelocity
+from tri_glide_kinematics.motion.tracking.straight_motion import (
+    WayAhead,
+    approach,
+    slider_line,
+    wanted_motion,
+    way_to_rest,
+)
 from tri_glide_kinematics.vectors import FloatArray
 
 BOX = WORKSPACES["box"]
-SPEED = 0.1
 
 
 def deviation(places: FloatArray, direction) -> float:
@@ -26,42 +31,15 @@ def deviation(places: FloatArray, direction) -> float:
     return float(np.linalg.norm(ways - np.outer(ways @ unit, unit), axis=1).max())
 
 
-def turning(time: float, turns: float) -> tuple[float, float, float]:
-    """Return a velocity that turns, as it was told last: each 10 ms [m/s]."""
-    told = 0.01 * math.floor(time / 0.01 + 1e-9)
-    angle = math.tau * turns * told
-    return SPEED * math.cos(angle), SPEED * math.sin(angle), 0.0
-
-
-def unchecked(state: SliderState, velocity, period: float, ruckig: RuckigPlanner) -> SliderState:
-    """Return what ruckig's velocity interface makes of the inverse kinematics, and nothing else."""
-    _, rates = MACHINE.inverse_velocity(MACHINE.forward(state.heights), velocity)
-    limits = LIMITS.velocity, LIMITS.acceleration, LIMITS.jerk
-    phases = ruckig.to_velocity(rates, state.velocities, state.accelerations, limits)
-    return CubicPlan(state, [[*each, (period, 0.0)] for each in phases]).at(period)
-
-
-def lag(states: list[SliderState], period: float, turns: float) -> float:
-    """Return by how much the direction of the platform is behind, once it turns [s]."""
-    first = round(0.5 / period)
-    times = period * np.arange(first, len(states))
-    velocities = [MACHINE.forward_velocity(*state[:2])[1] for state in states[first:]]
-    angles = np.array([math.atan2(y, x) for x, y, _ in velocities])
-    behind = np.angle(np.exp(1j * (math.tau * turns * times - angles)))
-    return float(behind.mean()) / (math.tau * turns)
-
-
 @corners("turns, period", (0.25, 0.5, 1.0, 2.0), (0.001, 0.002))
 def test_lag_is_at_most_a_period_more_than_without_any_check(turns, period):
     run = TrackingRun()
-    ruckig, reference = RuckigPlanner(3), [at_rest()]
     for cycle in range(round(1.0 / period)):
-        velocity = turning(cycle * period, turns)
-        assert run.step(WantedVelocity(velocity), period=period)
-        reference.append(unchecked(reference[-1], velocity, period, ruckig))
+        assert run.step(WantedVelocity(turning(cycle * period, turns)), period=period)
+    behind = lag(run.states[1:], turns, period)
     # It is less: what is wanted is foreseen for the place where the platform will be.
-    assert lag(run.states, period, turns) <= lag(reference, period, turns) + period
-    assert lag(run.states, period, turns) < 0.011
+    assert behind <= lag(unchecked(turns, period, 1.0), turns, period) + period
+    assert behind < 0.011 - period
 
 
 @corners("velocity, period", ((0.1, 0.03, 0.02), (-0.1, 0.05, -0.05), (0.0, 0.0, 0.15)), PERIODS)

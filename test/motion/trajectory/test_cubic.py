@@ -2,7 +2,15 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from motion_plans import HOME, LIMITS, dense, heights, motion_of_ruckig, moving_plan
+from motion_plans import (
+    HOME,
+    LIMITS,
+    assert_states_are_samples,
+    dense,
+    heights,
+    motion_of_ruckig,
+    moving_plan,
+)
 from strategies import reproducible
 
 from tri_glide_kinematics.interruptible import at_once
@@ -42,9 +50,7 @@ def test_plan_in_motion_is_the_trajectory_of_ruckig(first, second, part):
 def test_sample_is_state_and_derivatives_fit(first, second, part):
     plan = moving_plan(first, second, part)
     sampled = dense(plan, 2001)
-    for row in range(0, 2001, 100):
-        state = SliderState(*(tuple(values[row]) for values in sampled[1:]))
-        assert_same(plan.at(float(sampled.times[row])), state, 1e-12)
+    assert_states_are_samples(plan, sampled.times[::100], (1e-12, 1e-12, 1e-12))
     if plan.duration > 0.01:
         step = sampled.times[1]
         mean = 0.5 * (sampled.velocities[1:] + sampled.velocities[:-1])

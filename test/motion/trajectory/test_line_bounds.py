@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from motion_machine import MACHINE, WORKSPACE
 from soak import many
-from strategies import is_inside
 
+from benchmarks.soak import random_place
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
@@ -27,28 +27,20 @@ SAMPLES = 100
 ROUNDING = (1e-7, 1e-7, 1e-5)
 
 
-def places(count: int, seed: int) -> list[list[float]]:
-    rng = np.random.default_rng(seed)
-    found = []
-    while len(found) < count:
-        place = rng.uniform((-0.2, -0.2, -0.1), (0.2, 0.2, 0.7)).tolist()
-        if is_inside(WORKSPACE, place):
-            found.append(place)
-    return found
-
-
 def plans(count: int, seed: int, blended: bool):
     """Yield line plans from rest, or such as begin in the middle of another one."""
     motion = LinearMotion(MACHINE)
     rng = np.random.default_rng(seed)
     while count:
-        start, middle, end = places(3, int(rng.integers(1 << 30)))
+        start, middle, end = (
+            random_place(rng, WORKSPACE, (-0.2, -0.2, -0.1), (0.2, 0.2, 0.7)) for _ in range(3)
+        )
         try:
             WORKSPACE.check_segment(start, middle)
             plan = motion.from_rest(StraightLine.between(DEFAULT_GEOMETRY, start, middle), LIMITS)
             if blended:
                 state = plan.at(float(rng.random()) * plan.duration)
-                builder = LineToPosition(WORKSPACE, tuple(end))
+                builder = LineToPosition(WORKSPACE, end)
                 plan = at_once(at_once(JOINING.blending(state, builder, LIMITS, 0.3)).plan())
         except KinematicsError:
             continue

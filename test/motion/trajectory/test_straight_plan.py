@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from motion_machine import skip_if_too_long_for_ruckig
 from motion_plans import LIMITS as UNEQUAL
-from motion_plans import motion_of_ruckig
+from motion_plans import assert_states_are_samples, motion_of_ruckig
 from ruckig import Synchronization
 from soak import many
 
@@ -108,10 +108,7 @@ def test_states_are_samples_whatever_the_order():
         plan = from_rest(start, target, limits)
         times = generator.uniform(0.0, 1.1 * plan.duration, 200)
         times = np.concatenate((times, plan.starts, plan.starts[::-1], [plan.duration]))
-        sampled = plan.sample(times)
-        states = np.array([plan.at(time) for time in times.tolist()])
-        for values, expected, peak in zip(states.transpose(1, 0, 2), sampled[1:], (1.0, 2.0, 20.0)):
-            assert np.abs(values - expected).max() <= 1e-14 * peak
+        assert_states_are_samples(plan, times, (1e-14, 2e-14, 2e-13))
 
 
 def test_places_over_the_way_are_those_over_time():

@@ -82,6 +82,11 @@ class SliderLimits:
         return table
 
     @cached_property
+    def of_sliders(self) -> tuple[Vector3, ...]:
+        """Velocity, acceleration and jerk of each slider in turn, in plain floats."""
+        return tuple(zip(self.velocity, self.acceleration, self.jerk))
+
+    @cached_property
     def platform_speed(self) -> float:
         """Largest speed of the platform that the added bounds allow; inf without one [m/s]."""
         return min((bound.platform_speed for bound in self.added), default=math.inf)

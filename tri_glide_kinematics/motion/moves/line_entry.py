@@ -14,12 +14,7 @@ from typing import NamedTuple, Protocol
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.errors import NoRoomError, PlanningError
 from tri_glide_kinematics.motion.limits import AT_REST, EDGE_CLEARANCE, SliderLimits, SliderState
-from tri_glide_kinematics.motion.trajectory import (
-    CubicPlan,
-    RuckigPlanner,
-    StraightLine,
-    Synchronization,
-)
+from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner, StraightLine
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Traced, Workspace
@@ -185,29 +180,19 @@ class LineEntry:
             residual = divided or residual
         (x, y, z), (h1, h2, h3) = state.heights, line.start_heights
         offsets = (x - h1, y - h2, z - h3)
-        phases = self._ruckig.to_rest_at(
-            AT_REST,
-            offsets,
-            residual.velocities,
-            residual.accelerations,
-            _reduced(limits, fraction),
-            Synchronization.No,
-        )
-        blend = CubicPlan(SliderState(offsets, residual.velocities, residual.accelerations), phases)
-        return Entry(line, speed, acceleration, blend)
+        beside = residual._replace(heights=offsets)
+        less = _reduced(limits, fraction)
+        phases = self._ruckig.to_rest_at(AT_REST, *beside, less, together=False)
+        return Entry(line, speed, acceleration, CubicPlan(beside, phases))
 
     def _brake(self, residual: SliderState, limits: SliderLimits, fraction: float) -> CubicPlan:
         """Return offsets with the velocities and accelerations of ``residual`` that end at zero."""
         phases = self._ruckig.to_rest(
             residual.velocities, residual.accelerations, _reduced(limits, fraction)
         )
-        from_zero = CubicPlan(
-            SliderState(AT_REST, residual.velocities, residual.accelerations), phases
-        )
+        from_zero = CubicPlan(residual._replace(heights=AT_REST), phases)
         x, y, z = from_zero.at(from_zero.duration).heights
-        return CubicPlan(
-            SliderState((-x, -y, -z), residual.velocities, residual.accelerations), phases
-        )
+        return CubicPlan(residual._replace(heights=(-x, -y, -z)), phases)
 
     def _begin(self, state: SliderState, blend: CubicPlan) -> Vector3:
         """Return where the platform would be without the offsets of ``blend``."""

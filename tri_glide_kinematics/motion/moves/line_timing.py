@@ -34,8 +34,8 @@ from tri_glide_kinematics.motion.trajectory import (
     UsableParts,
     after,
     bounds_along,
+    cut_to,
     evaluate,
-    first_of,
     knots,
     lasting,
     merged,
@@ -121,6 +121,16 @@ class PathParametrisation(NamedTuple):
     accelerations: FloatArray
     jerks: FloatArray
     bend_fraction: float
+
+    @property
+    def total(self) -> float:
+        """Coordinate at the end of the line [s]."""
+        return float(self.coordinates[-1])
+
+    @property
+    def least(self) -> tuple[float, float, float]:
+        """Rate, acceleration and jerk that no slider limit forbids anywhere on the line."""
+        return float(self.rates.min()), float(self.accelerations.min()), float(self.jerks.min())
 
     def start(self, speed: float, acceleration: float) -> tuple[float, float, float]:
         """Return the coordinate, its rate and acceleration at the start of the line.
@@ -265,12 +275,7 @@ class LineTiming:
             PlanningError: if the line comes so close to the reach of an arm that none is found.
         """
         parametrisation = parametrise(line, limits, NORM, limits.platform_speed)
-        target, rate, acceleration, jerk = (
-            float(parametrisation.coordinates[-1]),
-            float(parametrisation.rates.min()),
-            float(parametrisation.accelerations.min()),
-            float(parametrisation.jerks.min()),
-        )
+        target, (rate, acceleration, jerk) = parametrisation.total, parametrisation.least
         # Each phase is to be long enough for knots of its own, however large the jerk may be.
         shortest = shortest_piece(target, acceleration)
         jerk = min(jerk, 0.5 * acceleration / shortest, 0.25 * rate / shortest**2)
@@ -312,9 +317,7 @@ class LineTiming:
         """
         initial = parametrisation.start(entry.speed, entry.acceleration)
         phases = self.phases(entry, parametrisation, factors)
-        shortest = shortest_piece(
-            float(parametrisation.coordinates[-1]), float(parametrisation.accelerations.min())
-        )
+        shortest = shortest_piece(parametrisation.total, parametrisation.least[1])
         times = with_knots_of(knots(phases, PIECES, shortest), entry.blend, shortest)
         scaling = parametrisation.time_scaling(evaluate(phases, initial, np.array(times)))
         return scaling.with_ends((0.0, entry.speed, entry.acceleration), entry.line.length)
@@ -333,7 +336,7 @@ class LineTiming:
             phases = self._to_end(parametrisation, state, factors.begin_rate, factors.begin)
             if total_duration(phases) <= until:
                 return lasting(phases, entry.blend)
-            phases = first_of(phases, until)
+            phases = cut_to(phases, until)
             value, rate, acceleration = evaluate(phases, state, np.array([until]))[1:]
             state = float(value[0]), float(rate[0]), float(acceleration[0])
         speed = factors.after
@@ -348,14 +351,11 @@ class LineTiming:
         of_jerk: float = 1.0,
     ) -> Phases:
         """Return the phases from a ``state`` of the coordinate to rest at the end of the line."""
-        acceleration = fraction * float(parametrisation.accelerations.min())
-        jerk = of_jerk * fraction * float(parametrisation.jerks.min())
+        _, acceleration, jerk = parametrisation.least
+        limits = [rate], [fraction * acceleration], [of_jerk * fraction * jerk]
+        value, speed, change = state
         (phases,) = self._ruckig.to_rest_at(
-            [float(parametrisation.coordinates[-1])],
-            [state[0]],
-            [state[1]],
-            [state[2]],
-            ([rate], [acceleration], [jerk]),
+            [parametrisation.total], [value], [speed], [change], limits
         )
         return phases
 
@@ -401,7 +401,7 @@ class LineTiming:
             PlanningError: if ruckig finds none, or none that ends soon.
         """
         initial = parametrisation.start(entry.speed, entry.acceleration)
-        target = float(parametrisation.coordinates[-1])
+        target = parametrisation.total
         rate = factors.speed
         acceleration, jerk = parametrisation.ramp_limits(max(rate, initial[1]), at_end=False)
         begin_limits = ([rate], [factors.begin * acceleration], [factors.begin * jerk])
@@ -418,11 +418,8 @@ class LineTiming:
         else:
             # There is no room to become steady: one motion, with the limits of all of the line.
             fraction = min(factors.begin, factors.end)
-            whole = (
-                [rate],
-                [fraction * float(parametrisation.accelerations.min())],
-                [fraction * float(parametrisation.jerks.min())],
-            )
+            _, most, sharpest = parametrisation.least
+            whole = [rate], [fraction * most], [fraction * sharpest]
             steady_from, phases = 0.0, []
             (ending,) = self._ruckig.to_rest_at([target], [0.0], [initial[1]], [initial[2]], whole)
         # The last three phases of ruckig are the ramp to rest.

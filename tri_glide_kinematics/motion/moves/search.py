@@ -178,21 +178,14 @@ class MotionPlanner:
         if not moving:
             return (yield from self._move_from_rest(state, position, limits, region))
         onto = self._onto_line if self._kind is MotionKind.LINEAR else self._slider_move
-        gentle = list(gentler(limits, state))
+
+        def ways(used: SliderLimits) -> Iterator[Candidate]:
+            yield partial(onto, state, position, used, region)
 
         def onward(stopped: SliderState, region: Workspace) -> Interruptible[Trajectory]:
             return self._move_from_rest(stopped, position, limits, region)
 
-        def candidates() -> Iterator[Candidate]:
-            for used in gentle:
-                yield partial(onto, state, position, used, region)
-            for used in gentle:
-                for braking in self.stopping.candidates(state, used, region):
-                    yield partial(self._then, braking, onward)
-            if held is not None:
-                yield partial(self._after, held, onward)
-
-        return (yield from first_found(candidates()))
+        return (yield from self._in_motion(state, ways, onward, limits, region, held))
 
     def jog(
         self,
@@ -221,20 +214,48 @@ class MotionPlanner:
         def onward(stopped: SliderState, region: Workspace) -> Interruptible[Trajectory]:
             return self.jog(stopped, direction, speed, limits, region, moving=False)
 
+        def ways(used: SliderLimits) -> Iterator[Candidate]:
+            for fraction in JOG_BLEND_FRACTIONS:
+                jog = partial(self._lines.jog, state, builder, used, fraction, speed)
+                yield partial(self._blended, jog, used, region)
+
+        if moving:
+            return (yield from self._in_motion(state, ways, onward, limits, region))
+        from_rest = (
+            partial(self._lines.jog, state, builder, used, JOG_BLEND_FRACTION_FROM_REST, speed)
+            for used in gentler(limits, state)
+        )
+        return (yield from first_found(from_rest))
+
+    def _in_motion(
+        self,
+        state: SliderState,
+        ways: Callable[[SliderLimits], Iterator[Candidate]],
+        onward: Onward,
+        limits: SliderLimits,
+        region: Workspace,
+        held: SequencePlan | None = None,
+    ) -> Interruptible[Trajectory]:
+        """Return a plan that goes over to a motion without a stop, or that begins it after one.
+
+        Args:
+            state: of the sliders.
+            ways: yields the makings without a stop, within some limits.
+            onward: makes the motion from rest.
+            limits: of the sliders.
+            region: where the platform may be on its way.
+            held: plan that leads from ``state`` to rest, after which the motion may begin.
+        """
+        gentle = list(gentler(limits, state))
+
         def candidates() -> Iterator[Candidate]:
-            if not moving:
-                for used in gentler(limits, state):
-                    fraction = JOG_BLEND_FRACTION_FROM_REST
-                    yield partial(self._lines.jog, state, builder, used, fraction, speed)
-                return
-            gentle = list(gentler(limits, state))
             for used in gentle:
-                for fraction in JOG_BLEND_FRACTIONS:
-                    jog = partial(self._lines.jog, state, builder, used, fraction, speed)
-                    yield partial(self._blended, jog, used, region)
+                yield from ways(used)
             for used in gentle:
                 for braking in self.stopping.candidates(state, used, region):
                     yield partial(self._then, braking, onward)
+            if held is not None:
+                yield partial(self._after, held, onward)
 
         return (yield from first_found(candidates()))
 

@@ -17,14 +17,13 @@ from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves.line_moves import SAMPLES_IN_PIECE, LinearMotion, found
 from tri_glide_kinematics.motion.tracking import (
-    Braking,
     SliderWay,
     braking_alone,
     braking_together,
     first_certified,
     to_zero,
 )
-from tri_glide_kinematics.motion.trajectory import CubicPlan, Trajectory, total_duration
+from tri_glide_kinematics.motion.trajectory import CubicPlan, Phases, Trajectory, total_duration
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
@@ -72,7 +71,7 @@ class OwnStop(NamedTuple):
         duration: until the last of them rests [s].
     """
 
-    ways: list[Braking]
+    ways: list[Phases]
     duration: float
 
 
@@ -111,35 +110,30 @@ class Stopping:
             The stop; None if the held plan is to be kept, as it rests as soon.
 
         Raises:
-            PlanningError: if none is found now that is sooner than the held plan.
+            KinematicsError: if none is found now that is sooner than the held plan.
         """
         longest = LONGEST_ON_LINE * own.duration
-        if along is not None:
+        pieces = ALONG_PIECES * (1 + len(limits.added))
+        if along is not None and left <= longest:
             try:
-                pieces = ALONG_PIECES * (1 + len(limits.added))
-                return (yield from _at_hand(along(min(longest, left)), pieces))
+                return (yield from _at_hand(along(left), pieces))
             except KinematicsError:
                 yield
-            if left <= longest:
-                return None
-        try:
-            return (yield from self._certified(state, own, limits, region))
-        except PlanningError:
-            yield
-        if along is not None and left > longest:
-            try:
-                return (yield from along(left))
-            except KinematicsError:
-                yield
-        together = _timed(braking_together(_under_way(state), limits))
-        if together.duration < left:
-            try:
-                return (yield from self._certified(state, together, limits, region))
-            except PlanningError:
-                yield
-        if along is not None:
-            raise PlanningError("no braking keeps all limits just now")
-        return (yield from self.along_line(state, limits, region, left))
+            return None
+
+        def candidates() -> Iterator[Candidate]:
+            if along is not None:
+                yield lambda: _at_hand(along(longest), pieces)
+            yield partial(self._certified, state, own, limits, region)
+            if along is not None:
+                yield partial(along, left)
+            together = _timed(braking_together(_under_way(state), limits))
+            if together.duration < left:
+                yield partial(self._certified, state, together, limits, region)
+            if along is None:
+                yield partial(self.along_line, state, limits, region, left)
+
+        return (yield from first_found(candidates()))
 
     def gently(
         self, state: SliderState, limits: SliderLimits, region: Workspace, longest: float
@@ -291,7 +285,7 @@ def _gentle_stop(state: SliderState, limits: SliderLimits, part: float) -> OwnSt
             return None
         if braking > part:
             left = min(left, (part - steady) / (braking - steady))
-    ways: list[Braking] = []
+    ways: list[Phases] = []
     for velocity, acceleration, share, jerk_share in zip(*state[1:], shares, parts):
         most, jerk = left * hardest * share, sharpest * jerk_share
         ways.append(to_zero(velocity, acceleration, -most, most, jerk))
@@ -319,5 +313,5 @@ def _under_way(state: SliderState) -> list[SliderWay]:
     return [SliderWay((), 0.0, *each) for each in zip(state.velocities, state.accelerations)]
 
 
-def _timed(ways: list[Braking]) -> OwnStop:
+def _timed(ways: list[Phases]) -> OwnStop:
     return OwnStop(ways, max(total_duration(phases) for phases in ways))

@@ -1,6 +1,6 @@
 r"""The path as driven: that as programmed, its joints rounded to their tolerances.
 
-Both have the same parameter s, the way programmed: p(s) = g(s) + corrections (``rounding``). So all
+Both have the same parameter s, the way programmed: p(s) = g(s) + corrections (``corners``). So all
 stays in closed form, and p is twice continuously differentiable wherever the platform need not
 stop; its third derivative is bounded and jumps at the breaks alone. The way driven, which is
 shorter in roundings, is the integral of |p'| (``ArcLength``), span by span.

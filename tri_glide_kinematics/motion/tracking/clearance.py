@@ -12,7 +12,6 @@ Where the room is too small for that, the path itself is traced, with few sample
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from math import copysign, hypot, sqrt
 from typing import NamedTuple
@@ -25,8 +24,7 @@ from tri_glide_kinematics.motion.limits import (
     SliderLimits,
     SliderState,
 )
-from tri_glide_kinematics.motion.tracking.slider_way import Phase
-from tri_glide_kinematics.motion.trajectory import CubicPlan, after, check_added
+from tri_glide_kinematics.motion.trajectory import CubicPlan, Phases, SliderProfile, check_added
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
@@ -57,7 +55,7 @@ class Excursion(NamedTuple):
     end_acceleration: float
 
 
-def excursion(velocity: float, acceleration: float, phases: Iterable[Phase]) -> Excursion:
+def excursion(velocity: float, acceleration: float, phases: Phases) -> Excursion:
     """Return what a slider does from a velocity [m/s] and an acceleration [m/s^2] on.
 
     The extremes of a cubic are at its ends or where its rate is zero; each is calculated.
@@ -117,7 +115,7 @@ TRACE_SAMPLES = 24
 ONE_AND_ROUNDING = 1.0 + RELATIVE_ROUNDING
 
 
-Ways = Sequence[Sequence[Phase]]
+Ways = Sequence[Phases]
 
 
 class Certified(NamedTuple):
@@ -177,7 +175,16 @@ def first_certified(
     ways, excursions = traceable
     certified = Certified(ways, max(one.duration for one in excursions))
     most = hypot(*(one.acceleration for one in excursions))
-    proof = workspace.path_proof(_Path(start, ways).state, certified.duration, most, samples)
+    sliders = [SliderProfile(*values) for values in zip(*start, ways)]
+
+    def state(time: float) -> SliderState:
+        """Return the sliders at an instant [s]."""
+        (h1, v1, a1, _), (h2, v2, a2, _), (h3, v3, a3, _) = [
+            slider.at(time, time) for slider in sliders
+        ]
+        return SliderState((h1, h2, h3), (v1, v2, v3), (a1, a2, a3))
+
+    proof = workspace.path_proof(state, certified.duration, most, samples)
     while not proof.go_on(at_once):
         yield
     return certified if proof.result() else None
@@ -211,9 +218,7 @@ def _box(
 
 def keep_limits(excursions: Sequence[Excursion], limits: SliderLimits) -> bool:
     """Return whether the sliders keep velocity, acceleration and jerk, to rounding."""
-    for one, speed, acceleration, jerk in zip(
-        excursions, limits.velocity, limits.acceleration, limits.jerk
-    ):
+    for one, (speed, acceleration, jerk) in zip(excursions, limits.of_sliders):
         # Written so that NaN does not pass.
         if not (
             one.speed <= speed * ONE_AND_ROUNDING
@@ -222,31 +227,3 @@ def keep_limits(excursions: Sequence[Excursion], limits: SliderLimits) -> bool:
         ):
             return False
     return True
-
-
-class _Path:
-    """The sliders over time, for a few samples."""
-
-    def __init__(self, start: SliderState, ways: Ways) -> None:
-        self._sliders = []
-        for height, velocity, acceleration, phases in zip(*start, ways):
-            time = 0.0
-            state = height, velocity, acceleration
-            starts, pieces = [], []
-            for duration, jerk in phases:
-                starts.append(time)
-                pieces.append((*state, jerk))
-                time += duration
-                state = after(duration, *state, jerk)
-            starts.append(time)
-            pieces.append((state[0], 0.0, 0.0, 0.0))
-            self._sliders.append((starts, pieces))
-
-    def state(self, time: float) -> SliderState:
-        """Return the sliders at an instant [s]."""
-        (h1, v1, a1), (h2, v2, a2), (h3, v3, a3) = [
-            after(time - starts[index], *pieces[index])
-            for starts, pieces in self._sliders
-            for index in (bisect_right(starts, time) - 1,)
-        ]
-        return SliderState((h1, h2, h3), (v1, v2, v3), (a1, a2, a3))

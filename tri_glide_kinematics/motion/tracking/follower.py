@@ -6,7 +6,7 @@ what the caller holds goes on: it is the braking of the step before, which was c
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
@@ -107,42 +107,38 @@ class Follower:
         horizon: float,
     ) -> Interruptible[TrackedStep | None]:
         """Return the step that uses no more than some limits, if it is certified for ``limits``."""
+        for ways in self._ways(state, wanted, used, period, horizon):
+            choices = (
+                [[*way.phases, *braking] for way, braking in zip(ways, brakes(ways, used))]
+                for brakes in (braking_together, braking_alone)
+            )
+            certified = yield from first_certified(self._workspace, state, choices, limits, samples)
+            if certified is not None:
+                one, two, three = ways
+                h1, h2, h3 = state.heights
+                after = SliderState(
+                    (h1 + one.displacement, h2 + two.displacement, h3 + three.displacement),
+                    (one.velocity, two.velocity, three.velocity),
+                    (one.acceleration, two.acceleration, three.acceleration),
+                )
+                return TrackedStep(state, after, period, certified.ways, certified.duration)
+        return None
+
+    def _ways(
+        self,
+        state: SliderState,
+        wanted: Wanted,
+        used: SliderLimits,
+        period: float,
+        horizon: float,
+    ) -> Iterator[list[SliderWay]]:
+        """Yield what the sliders may do in the step, the best first."""
         if isinstance(wanted, WantedVelocity):
-            ways = self._velocities.step_towards(state, wanted, used, period, horizon)
-            return (yield from self._with_braking(state, ways, used, limits, period, samples))
-        ways = self._targets.step_towards(state, wanted, used, period, horizon)
-        step = yield from self._with_braking(state, ways, used, limits, period, samples)
-        if step is not None:
-            return step
+            yield self._velocities.step_towards(state, wanted, used, period, horizon)
+            return
+        yield self._targets.step_towards(state, wanted, used, period, horizon)
         # The sliders' shortest ways bend. The straight one of the platform leaves nothing but
         # bounds that are not convex.
         place = self._workspace.machine.forward(state.heights)
         straight = WantedVelocity(straight_towards(place, wanted, used))
-        ways = self._velocities.step_towards(state, straight, used, period)
-        return (yield from self._with_braking(state, ways, used, limits, period, samples))
-
-    def _with_braking(
-        self,
-        state: SliderState,
-        ways: Sequence[SliderWay],
-        used: SliderLimits,
-        limits: SliderLimits,
-        period: float,
-        samples: int,
-    ) -> Interruptible[TrackedStep | None]:
-        """Return the step on these ways if it may be taken."""
-        one, two, three = ways
-        choices = (
-            [[*way.phases, *braking] for way, braking in zip(ways, brakes(ways, used))]
-            for brakes in (braking_together, braking_alone)
-        )
-        certified = yield from first_certified(self._workspace, state, choices, limits, samples)
-        if certified is None:
-            return None
-        h1, h2, h3 = state.heights
-        after = SliderState(
-            (h1 + one.displacement, h2 + two.displacement, h3 + three.displacement),
-            (one.velocity, two.velocity, three.velocity),
-            (one.acceleration, two.acceleration, three.acceleration),
-        )
-        return TrackedStep(state, after, period, certified.ways, certified.duration)
+        yield self._velocities.step_towards(state, straight, used, period)

@@ -1,234 +1,24 @@
-r"""What is to be followed: a velocity of the platform, or a target that moves, as it is told.
-
-A vector is told now and then: what it is, how it changes, and what of that is noise.
-Of a velocity without noise each report is taken as it is, and the last three of them tell the rate
-at which it changes, and the rate of that. Noise shows in what a report is off the foreseen: it goes
-to and fro, where a real change stays on one side. So the mean of these errors over the mean of
-their sizes is near 1 or well below (Trigg and Leach). As it gets less, more of what is known is
-kept: with a fading memory $\theta$ the value takes $1 - \theta^3$ of an error $e$, the rate
-$\tfrac32 (1 - \theta)^2 (1 + \theta)$ of $e/T$, its rate $(1 - \theta)^3$ of $e/T^2$ (Morrison).
-So none of them is late while the change goes on. An error that is much larger than those before is
-no noise but something new: the report is taken as it is.
-"""
+"""What is to be followed: a velocity of the platform, or a target that moves, as it is told."""
 
 from __future__ import annotations
 
 from collections import deque
-from math import dist, hypot, inf
+from math import dist, hypot, inf, sqrt
 from typing import NamedTuple
 
-from tri_glide_kinematics.vectors import Vector3, combined, dot, minus, plus, scaled
-
-ZERO: Vector3 = (0.0, 0.0, 0.0)
-
-# What an error counts in the means.
-NEWEST = 0.2
-
-# The longest memory, and that of what a hand makes. Errors are noise where the size of their mean
-# is no more than this part of the mean of their sizes, and none where it is more than that: it is
-# 0.36 for white noise, and 0.73 on a circle that is told thirty times in a turn.
-LONGEST_MEMORY, MEMORY_OF_HANDS = 0.8, 0.6
-NOISE, NO_NOISE = 0.4, 0.7
-
-# An error that is so much larger than the mean is something new, unless the one before was, too.
-SURPRISE = 4.0
-
-# What is smaller is rounding, and nothing new however small it was before [m], [m/s].
-ROUNDING = 1e-9
-
-# A rate is led as far as what it changes from one report to the next stands out of the noise: not
-# at all at this many times the mean error, and wholly at twice that: with a long memory it is far
-# less wrong than one error.
-STANDS_OUT = 0.5
-
-# Changes of the slope that make more than this in an interval are no noise, but a quick motion of
-# which there are few reports [m/s].
-LARGEST_NOISE = 0.02
-
-# After so many reports without a surprise they are noise in any case. Then the memory reaches back
-# as long as this: what bends in less time is no noise [s].
-EXPERIENCE = 12
-LOOKED_BACK = 0.04
-
-# Reports that are farther apart say at which rate a vector changes, and no more; of what a hand
-# makes not even that [s].
-LONGEST_BEND = 0.04
-
-
-class Noise:
-    """What some vectors are like that should be small, of late.
-
-    Attributes:
-        size: mean of their sizes.
-    """
-
-    def __init__(self, newest: float = NEWEST) -> None:
-        """Begin without any; a ``newest`` vector counts for so much in the means."""
-        self._newest = newest
-        self.size = 0.0
-        self._mean = ZERO
-        self._was_surprised = False
-
-    def surprises(self, vector: Vector3) -> bool:
-        """Return whether a ``vector`` is something new; else take it in."""
-        is_large = hypot(*vector) > max(SURPRISE * self.size, ROUNDING)
-        self._was_surprised = is_large and not self._was_surprised
-        if not self._was_surprised:
-            self.take(vector)
-        return self._was_surprised
-
-    def take(self, vector: Vector3) -> None:
-        """Take in a ``vector``."""
-        self._mean = combined(1.0, self._mean, self._newest, minus(vector, self._mean))
-        self.size += self._newest * (hypot(*vector) - self.size)
-
-    @property
-    def noise(self) -> float:
-        """Mean of the sizes of what goes to and fro."""
-        return self.memory(1.0) * self.size
-
-    def memory(self, longest: float = LONGEST_MEMORY) -> float:
-        """Return what part of what is known to keep: the more, the less they stay on one side."""
-        if not self.size > 0.0:
-            return 0.0
-        apart = (NO_NOISE - hypot(*self._mean) / self.size) / (NO_NOISE - NOISE)
-        return longest * min(max(apart, 0.0), 1.0)
-
-
-class Course(NamedTuple):
-    """A vector at one instant, and how it goes on.
-
-    Attributes:
-        value: Shape (3,).
-        rate: of the value. Shape (3,) [1/s].
-        bend: rate of that. Shape (3,) [1/s^2].
-    """
-
-    value: Vector3
-    rate: Vector3 = ZERO
-    bend: Vector3 = ZERO
-
-    def after(self, time: float) -> Course:
-        """Return the vector some ``time`` later [s]."""
-        value, rate, bend = self
-        middle = combined(1.0, rate, 0.5 * time, bend)
-        return Course(combined(1.0, value, time, middle), combined(1.0, rate, time, bend), bend)
-
-    def in_turn(self, interval: float) -> Course:
-        """Return the course at the last of three reports of a turn, which tell this one.
-
-        The parabola through them keeps its bend. In a turn that changes against the rate, so at the
-        last report, an ``interval`` from the middle one [s], both are others.
-        """
-        value, rate, bend = self
-        turned = turned_by(value, bend, interval)
-        rate = scaled(rate, 1.0 - turned / 3.0)
-        return Course(value, rate, combined(1.0, bend, -turned / interval, rate))
-
-
-class Trend:
-    """A vector as it was told last, and how it goes on.
-
-    Attributes:
-        now: as of the last report.
-    """
-
-    def __init__(self, value: Vector3, *, by_hand: bool = False) -> None:
-        """Begin with a first report.
-
-        Args:
-            value: as it is told first. Shape (3,).
-            by_hand: whether a hand makes it, in steps: then no more than a rate is known of it, and
-                something new has none.
-        """
-        self._by_hand = by_hand
-        self._errors, self._bends = Noise(), Noise()
-        self._count = 0
-        # Whether it has gone on so for a while: so has what rests.
-        self._went_on = not any(value)
-        self.restart(value)
-
-    def restart(self, value: Vector3, rate: Vector3 = ZERO) -> None:
-        """Go on from a ``value`` with no more than a ``rate``; what noise is like stays known."""
-        self.now = Course(value, rate)
-        self._told = value
-        self._slope: Vector3 | None = None
-        self._is_new = True
-
-    def report(self, value: Vector3, interval: float, noise: float = 0.0) -> bool:
-        """Take the next report, a ``value`` told an ``interval`` after the last one [s].
-
-        Args:
-            value: as it is told. Shape (3,).
-            interval: since the last report [s].
-            noise: how sure it is, from 0 to 1, that bends between reports are noise.
-
-        Returns:
-            Whether it is something new.
-        """
-        foreseen = self.now.after(interval)
-        error = minus(value, foreseen.value)
-        slope = scaled(minus(value, self._told), 1.0 / interval)
-        is_new = self._errors.surprises(error)
-        if is_new:
-            self._count = 0
-        if is_new or interval > LONGEST_BEND:
-            # From what went on otherwise to this is no slope, but a jump.
-            jumps, self._went_on = is_new and self._went_on, True
-            self.restart(value, ZERO if jumps or self._by_hand else slope)
-            return is_new
-        if self._slope is not None:
-            # Of what is told itself, as the errors depend on what was kept.
-            self._bends.take(minus(slope, self._slope))
-        self._told, self._slope = value, slope
-        memory = self._bends.memory(MEMORY_OF_HANDS if self._by_hand else LONGEST_MEMORY)
-        self._count += 1
-        sure = noise * self.sure
-        quick = max(1.0 - interval * self._bends.size / LARGEST_NOISE, 0.0) * memory
-        memory = max(quick, sure * min(memory, LOOKED_BACK / (LOOKED_BACK + interval)))
-        new = 1.0 - memory
-        if self._is_new or self._by_hand:
-            takes = 1.0 - memory * memory, new * new, 0.0
-        else:
-            takes = 1.0 - memory**3, 1.5 * new * new * (1.0 + memory), new**3
-        self.now = Course(
-            combined(1.0, foreseen.value, takes[0], error),
-            combined(1.0, foreseen.rate, takes[1] / interval, error),
-            combined(1.0, foreseen.bend, takes[2] / (interval * interval), error),
-        )
-        self._is_new = False
-        self._went_on = True
-        return False
-
-    @property
-    def sure(self) -> float:
-        """How sure it is, from 0 to 1, that what the reports are off is noise."""
-        return min(self._count / EXPERIENCE, 1.0)
-
-    @property
-    def noise(self) -> float:
-        """Mean size of what goes to and fro in the reports."""
-        return self._errors.noise
-
-    @property
-    def bends(self) -> float:
-        """Mean size of the changes of the slope from one report to the next."""
-        return self._bends.size
-
-    def stands_out(self, interval: float) -> float:
-        """Return how much of the rate stands out of the noise, from 0 to 1, over an interval."""
-        noise = STANDS_OUT * self._errors.size
-        change = interval * hypot(*self.now.rate)
-        return min(max(change / noise - 1.0, 0.0), 1.0) if noise > 0.0 else 1.0
-
-
-def bend_of_turn(value: Vector3, rate: Vector3) -> Vector3:
-    """Return how the ``rate`` of a vector changes that turns and has this ``value``. Shape (3,)."""
-    squared = dot(value, value)
-    if not squared > 0.0:
-        return ZERO
-    across = combined(1.0, rate, -dot(value, rate) / squared, value)
-    return scaled(value, -(hypot(*across) ** 2) / squared)
+from tri_glide_kinematics.motion.tracking.trend import (
+    LONGEST_BEND,
+    ROUNDING,
+    SURPRISE,
+    ZERO,
+    Course,
+    Noise,
+    Trend,
+    bend_of_turn,
+    between,
+    turned_by,
+)
+from tri_glide_kinematics.vectors import Vector3, combined, minus, plus, scaled
 
 
 class WantedVelocity(NamedTuple):
@@ -321,11 +111,6 @@ HELPS, MISLEADS = 0.8, 1.1
 
 # A target has turned if its velocity has less than this part of it in the direction of before.
 TURNED = 0.5
-
-
-def between(value: float, low: float, high: float) -> float:
-    """Return how far a ``value`` is on the way from ``low`` (0) to ``high`` (1)."""
-    return min(max((value - low) / (high - low), 0.0), 1.0)
 
 
 class Forecasts:
@@ -518,17 +303,6 @@ class TargetMotion:
         return MovingTarget(place, velocity, acceleration, lead, self._noise, jerk, sure)
 
 
-def turned_by(value: Vector3, bend: Vector3, time: float) -> float:
-    """Return the square of the angle by which a vector with this ``bend`` turns in a ``time``.
-
-    It is that of a radian at most: what bends more is no turn; 0 where it does not turn [rad^2].
-    """
-    against, squared = -dot(bend, value), dot(value, value)
-    if not (against > 0.0 and squared > 0.0):
-        return 0.0
-    return between(time * time * against / squared, 0.0, 1.0)
-
-
 # A twist is led by this part of itself at most: what turns more from one to the next is no turn.
 LARGEST_LED = 0.5
 
@@ -599,3 +373,76 @@ def _lead(first: MovingTarget, second: MovingTarget) -> float:
     if dx * vx + dy * vy + dz * vz > TURNED * hypot(dx, dy, dz) * hypot(vx, vy, vz):
         return first.lead + LEAD_OF_WAY * dist(first.position, second.position)
     return LEAST_LEAD
+
+
+# Places that are told sooner after each other tell more of their noise than of the velocity [s].
+SOON = 0.0165
+
+# Places that are so far apart that no platform follows, or whose velocity changes by so much from
+# one interval to the next, are a jump [m/s]. A change may be noise, 0.1 mm of it in 10 ms, as well.
+FASTEST, LARGEST_CHANGE = 2.0, 0.3
+
+
+class ToldPlaces:
+    """The velocity of a target, from the places where it was.
+
+    Attributes:
+        place: where it was told last; None before the first. Shape (3,) [m].
+        interval: to that from the place before; 0 without one [s].
+    """
+
+    def __init__(self) -> None:
+        """Know no place yet."""
+        self.place: Vector3 | None = None
+        self.interval = 0.0
+        self._time = 0.0
+        # Mean velocity from the place before.
+        self._mean: Vector3 | None = None
+
+    def forget(self) -> None:
+        """Know no place any more."""
+        self.place = self._mean = None
+        self.interval = 0.0
+
+    def is_late(self, time: float) -> bool:
+        """Return whether a place of a ``time`` [s] is older than the last one of the stream."""
+        return self.place is not None and 0.0 < self._time - time <= LONGEST_INTERVAL
+
+    def is_soon(self, time: float) -> bool:
+        """Return whether a place of a ``time`` [s] comes too soon to tell a velocity."""
+        return self.place is not None and 0.0 <= time - self._time < SOON
+
+    def report(self, place: Vector3, time: float) -> Vector3 | None:
+        """Return the velocity at a ``place`` where the target was at a ``time`` [m/s].
+
+        It is that of the parabola through the last three places, or of a turn there. After a jump
+        it is zero: how the target goes on is not known.
+
+        Args:
+            place: of the target. Shape (3,) [m].
+            time: on any clock, neither late nor soon [s].
+
+        Returns:
+            Shape (3,); None for the first place, and after more than ``LONGEST_INTERVAL``.
+        """
+        interval = time - self._time
+        start, before, last = self.place, self._mean, self.interval
+        self.place, self._time = place, time
+        if start is None or not 0.0 < interval <= LONGEST_INTERVAL:
+            self._mean, self.interval = None, 0.0
+            return None
+        mean = scaled(minus(place, start), 1.0 / interval)
+        self._mean, self.interval = mean, interval
+        if before is None:
+            apart, change, fastest = inf, mean, FASTEST
+        else:
+            apart, change = 0.5 * (interval + last), minus(mean, before)
+            fastest = max(LARGEST_CHANGE, LARGEST_ACCELERATION * apart)
+        if hypot(*change) > fastest:
+            self._mean = None
+            return ZERO
+        rate = scaled(change, 1.0 / apart)
+        velocity = combined(1.0, mean, 0.5 * interval, rate)
+        turn = bend_of_turn(velocity, rate)
+        turned = turned_by(velocity, turn, sqrt(interval * apart))
+        return scaled(velocity, 1.0 - turned / 3.0)

@@ -20,18 +20,17 @@ Of each such way only the first step is taken, with its mean jerk; the next one 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from math import sqrt
 from typing import NamedTuple
 
 from tri_glide_kinematics.motion.limits import SliderLimits
-
-Phase = tuple[float, float]
+from tri_glide_kinematics.motion.trajectory import Phases, cut_to
 
 
 def to_zero(
     velocity: float, acceleration: float, lowest: float, highest: float, jerk: float
-) -> tuple[Phase, Phase, Phase]:
+) -> Phases:
     """Return the phases that end with neither velocity nor acceleration, as soon as possible.
 
     Seen from a frame that moves, this is the way to the velocity of the frame.
@@ -69,21 +68,6 @@ def stopping_velocity(velocity: float, acceleration: float, jerk: float) -> floa
     return velocity + acceleration * abs(acceleration) / (2.0 * jerk)
 
 
-def cut_to(phases: Iterable[Phase], duration: float) -> list[Phase]:
-    """Return the first part of ``phases``, filled up with no jerk, that takes ``duration`` [s]."""
-    kept: list[Phase] = []
-    left = duration
-    for length, jerk in phases:
-        if length >= left:
-            kept.append((left, jerk))
-            return kept
-        if length > 0.0:
-            kept.append((length, jerk))
-            left -= length
-    kept.append((left, 0.0))
-    return kept
-
-
 def within(value: float, bound: float) -> float:
     """Return the number from ``-bound`` to ``bound`` that is nearest to ``value``."""
     return bound if value > bound else -bound if value < -bound else value
@@ -106,13 +90,13 @@ class SliderWay(NamedTuple):
         acceleration: at the end [m/s^2].
     """
 
-    phases: Sequence[Phase]
+    phases: Phases
     displacement: float
     velocity: float
     acceleration: float
 
 
-def way_of(velocity: float, acceleration: float, phases: Sequence[Phase]) -> SliderWay:
+def way_of(velocity: float, acceleration: float, phases: Phases) -> SliderWay:
     """Return the way from a velocity [m/s] and an acceleration [m/s^2] on through ``phases``."""
     displacement = 0.0
     for length, jerk in phases:
@@ -276,6 +260,21 @@ def mildest_way_onto_speed(
     return _steady(velocity, acceleration, mean + twist, bounds, period)
 
 
+def shortest_way_onto_speed(
+    own: tuple[float, float], wanted: tuple[float, float], bounds: Bounds, period: float
+) -> SliderWay:
+    """Return the first step of the shortest way to a velocity; see ``mildest_way_onto_speed``.
+
+    It is seen from a frame that has the velocity and the acceleration that are wanted.
+    """
+    velocity, acceleration = own
+    rate, bend = wanted
+    _, most, jerk = bounds
+    before = rate - period * bend
+    phases = to_zero(velocity - before, acceleration - bend, -most - bend, most - bend, jerk)
+    return way_of(velocity, acceleration, cut_to(phases, period))
+
+
 def _seen_from(
     wanted: Setpoint, own: Setpoint, period: float, twist: float = 0.0
 ) -> tuple[float, float, float]:
@@ -307,10 +306,8 @@ GENTLEST = 0.05
 # Added to each part of the velocity, so that none is zero.
 TINY = 1e-9
 
-Braking = tuple[Phase, Phase, Phase]
 
-
-def braking_alone(ways: Sequence[SliderWay], limits: SliderLimits) -> list[Braking]:
+def braking_alone(ways: Sequence[SliderWay], limits: SliderLimits) -> list[Phases]:
     """Return the shortest way to rest of each slider, after the step that it does.
 
     Args:
@@ -319,11 +316,11 @@ def braking_alone(ways: Sequence[SliderWay], limits: SliderLimits) -> list[Braki
     """
     return [
         to_zero(way.velocity, way.acceleration, -most, most, jerk)
-        for way, most, jerk in zip(ways, limits.acceleration, limits.jerk)
+        for way, (_, most, jerk) in zip(ways, limits.of_sliders)
     ]
 
 
-def braking_together(ways: Sequence[SliderWay], limits: SliderLimits) -> list[Braking]:
+def braking_together(ways: Sequence[SliderWay], limits: SliderLimits) -> list[Phases]:
     """Return ways to rest on which the velocities keep their proportions, or nearly.
 
     So the platform goes on in its direction, where sliders that stop one after the other would
@@ -344,7 +341,7 @@ def braking_together(ways: Sequence[SliderWay], limits: SliderLimits) -> list[Br
     j1, j2, j3 = limits.jerk
     hardest, sharpest = min(a1 / p1, a2 / p2, a3 / p3), min(j1 / p1, j2 / p2, j3 / p3)
     together = []
-    for way, part, most, jerk in zip(ways, parts, limits.acceleration, limits.jerk):
+    for way, part, (_, most, jerk) in zip(ways, parts, limits.of_sliders):
         gentle = max(min(hardest * part, most), GENTLEST * most, abs(way.acceleration))
         smooth = max(min(sharpest * part, jerk), GENTLEST * jerk)
         together.append(to_zero(way.velocity, way.acceleration, -gentle, gentle, smooth))

@@ -28,7 +28,6 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
     Setpoint,
     SliderWay,
-    cut_to,
     is_near,
     mildest_way_onto,
     way_of,
@@ -36,7 +35,7 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     within,
 )
 from tri_glide_kinematics.motion.tracking.straight_motion import approach, slider_line, way_to_rest
-from tri_glide_kinematics.motion.trajectory import RuckigPlanner
+from tri_glide_kinematics.motion.trajectory import RuckigPlanner, cut_to
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
@@ -153,8 +152,7 @@ class TargetTracking:
             twists = twists[0] + more[0], twists[1] + more[1], twists[2] + more[2]
         own = list(zip(*state))
         wanted = list(zip(heights, rates, bends))
-        bounds = list(zip(limits.velocity, limits.acceleration, limits.jerk))
-        numbers = list(zip(own, wanted, bounds))
+        numbers = list(zip(own, wanted, limits.of_sliders))
         self._noise = max(noise[0], self._noise * max(1.0 - period / FADING, 0.0))
         noise = self._noise, noise[1]
         calm = horizon_of_noise(noise, NEAR * min(limits.jerk)) if horizon > 0.0 else 0.0
@@ -184,7 +182,7 @@ class TargetTracking:
         # more cannot be ended.
         places = state.heights, heights
         left = min((e.acceleration(place) for e in limits.added for place in places), default=inf)
-        bounds = [(fastest, min(most, left), jerk) for fastest, most, jerk in bounds]
+        bounds = [(fastest, min(most, left), jerk) for fastest, most, jerk in limits.of_sliders]
         caught = self._catch_up(own, wanted, bounds, period)
         speed = hypot(*velocity)
         if speed > 0.0 and lead < inf:

@@ -15,13 +15,12 @@ from __future__ import annotations
 from math import hypot, inf
 
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
-from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity, bend_of_turn
+from tri_glide_kinematics.motion.tracking.moving_target import WantedVelocity
 from tri_glide_kinematics.motion.tracking.slider_way import (
     Bounds,
     SliderWay,
-    cut_to,
     mildest_way_onto_speed,
-    to_zero,
+    shortest_way_onto_speed,
     way_of,
     way_onto,
     way_onto_speed,
@@ -33,6 +32,7 @@ from tri_glide_kinematics.motion.tracking.straight_motion import (
     slider_line,
     wanted_motion,
 )
+from tri_glide_kinematics.motion.tracking.trend import bend_of_turn
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3, plus
 from tri_glide_kinematics.workspace import Workspace
@@ -103,19 +103,15 @@ def straight_step(
     slope = wanted.slope
     if not (jerk > 0.0 and most > abs(slope)):
         return None
-    way, faster, acceleration = _along_line(
-        speed, acceleration, wanted, (inf, most, jerk), period, horizon
+    _, way, faster, acceleration = _along_line(
+        (speed, acceleration), wanted, (inf, most, jerk), period, horizon
     )
     heights, rates, bends, _ = slider_line(
         machine, (x + way * ux, y + way * uy, z + way * uz), wanted.direction
     )
     ways = []
     for own, height, rate, bend, bounds in zip(
-        zip(*state),
-        heights,
-        rates,
-        bends,
-        zip(limits.velocity, limits.acceleration, limits.jerk),
+        zip(*state), heights, rates, bends, limits.of_sliders
     ):
         end = height, rate * faster, rate * acceleration + bend * faster * faster
         onto = way_onto(own, end, bounds, period)
@@ -134,35 +130,32 @@ def _along(vector: Vector3, direction: Vector3, across: float) -> float | None:
 
 
 def _along_line(
-    speed: float,
-    acceleration: float,
-    wanted: WantedMotion,
-    bounds: Bounds,
-    period: float,
-    horizon: float,
-) -> tuple[float, float, float]:
-    """Return way [m], speed [m/s] and acceleration [m/s^2] at the end of the step."""
+    own: tuple[float, float], wanted: WantedMotion, bounds: Bounds, period: float, horizon: float
+) -> SliderWay:
+    """Return the way of the platform along the line in the step.
+
+    Args:
+        own: speed [m/s] and acceleration [m/s^2] at the start.
+        wanted: how the platform is to move at the end of the step.
+        bounds: of the motion along the line.
+        period: of the step [s].
+        horizon: how long the way to the wanted speed may take [s].
+    """
     _, most, jerk = bounds
     at_end = inf, most, FRACTION_AT_END * jerk
-    onto = mildest_way_onto_speed(
-        (speed, acceleration), (wanted.speed, wanted.slope), at_end, period, horizon
-    )
+    aim = wanted.speed, wanted.slope
+    onto = mildest_way_onto_speed(own, aim, at_end, period, horizon)
     if onto:
-        return onto.displacement, onto.velocity, onto.acceleration
+        return onto
     for periods in range(2, SOON + 1):
         ahead = (periods - 1) * period
         later = wanted.speed + ahead * wanted.slope
-        onto = way_onto_speed(speed, acceleration, later, wanted.slope, bounds, periods * period)
+        onto = way_onto_speed(*own, later, wanted.slope, bounds, periods * period)
         if onto:
-            way = way_of(speed, acceleration, ((period, onto.phases[0][1]),))
-            return way.displacement, way.velocity, way.acceleration
-    before = wanted.speed - period * wanted.slope
-    phases = to_zero(
-        speed - before, acceleration - wanted.slope, -most - wanted.slope, most - wanted.slope, jerk
-    )
-    mean = sum(length * one for length, one in cut_to(phases, period)) / period
-    way = way_of(speed, acceleration, ((period, mean),))
-    return way.displacement, way.velocity, way.acceleration
+            return way_of(*own, ((period, onto.phases[0][1]),))
+    shortest = shortest_way_onto_speed(own, aim, bounds, period)
+    mean = sum(length * one for length, one in shortest.phases) / period
+    return way_of(*own, ((period, mean),))
 
 
 # A jog that is slower than this is none [m/s].
@@ -223,41 +216,10 @@ class VelocityTracking:
                     _, turning = machine.inverse_velocity(end, acceleration)
                     accelerations = plus(accelerations, turning)
                     _, twists = machine.inverse_velocity(end, bend_of_turn(velocity, acceleration))
-        return [
-            _way_towards(*numbers, period, horizon)
-            for numbers in zip(
-                zip(state.velocities, state.accelerations),
-                zip(rates, accelerations),
-                zip(limits.velocity, limits.acceleration, limits.jerk),
-                twists,
-            )
-        ]
-
-
-def _way_towards(
-    own: tuple[float, float],
-    wanted: tuple[float, float],
-    bounds: Bounds,
-    twist: float,
-    period: float,
-    horizon: float,
-) -> SliderWay:
-    """Return the next step of one slider.
-
-    Args:
-        own: velocity [m/s] and acceleration [m/s^2] at the start.
-        wanted: the same at the end.
-        bounds: of the slider.
-        twist: jerk that is wanted [m/s^3].
-        period: of the step [s].
-        horizon: how long the change may take [s].
-    """
-    velocity, acceleration = own
-    rate, bend = wanted
-    _, most, jerk = bounds
-    way = mildest_way_onto_speed(own, wanted, bounds, period, horizon, twist)
-    if way:
-        return way
-    before = rate - period * bend
-    phases = to_zero(velocity - before, acceleration - bend, -most - bend, most - bend, jerk)
-    return way_of(velocity, acceleration, cut_to(phases, period))
+        ways = []
+        for own, aim, bounds, twist in zip(
+            zip(*state[1:]), zip(rates, accelerations), limits.of_sliders, twists
+        ):
+            mildest = mildest_way_onto_speed(own, aim, bounds, period, horizon, twist)
+            ways.append(mildest or shortest_way_onto_speed(own, aim, bounds, period))
+        return ways

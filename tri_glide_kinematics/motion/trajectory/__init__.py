@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.along_curve import with_added as with_added
     from tri_glide_kinematics.motion.trajectory.cubic import SAME_TIME as SAME_TIME
     from tri_glide_kinematics.motion.trajectory.cubic import CubicPlan as CubicPlan
+    from tri_glide_kinematics.motion.trajectory.cubic import SliderProfile as SliderProfile
     from tri_glide_kinematics.motion.trajectory.cubic import StraightPlan as StraightPlan
     from tri_glide_kinematics.motion.trajectory.cubic import TrackedStep as TrackedStep
     from tri_glide_kinematics.motion.trajectory.cubic import lasting as lasting
@@ -36,17 +37,14 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.motion.trajectory.phases import CoordinateProfile as CoordinateProfile
     from tri_glide_kinematics.motion.trajectory.phases import Phases as Phases
     from tri_glide_kinematics.motion.trajectory.phases import after as after
+    from tri_glide_kinematics.motion.trajectory.phases import cut_to as cut_to
     from tri_glide_kinematics.motion.trajectory.phases import evaluate as evaluate
-    from tri_glide_kinematics.motion.trajectory.phases import first_of as first_of
     from tri_glide_kinematics.motion.trajectory.phases import knots as knots
     from tri_glide_kinematics.motion.trajectory.phases import merged as merged
     from tri_glide_kinematics.motion.trajectory.phases import rest_to_rest as rest_to_rest
     from tri_glide_kinematics.motion.trajectory.phases import shortest_piece as shortest_piece
     from tri_glide_kinematics.motion.trajectory.phases import total_duration as total_duration
     from tri_glide_kinematics.motion.trajectory.ruckig_planner import RuckigPlanner as RuckigPlanner
-    from tri_glide_kinematics.motion.trajectory.ruckig_planner import (
-        Synchronization as Synchronization,
-    )
     from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart as PathStart
     from tri_glide_kinematics.motion.trajectory.time_scaling import TimeScaling as TimeScaling
     from tri_glide_kinematics.motion.trajectory.trajectory import MixedSeries as MixedSeries

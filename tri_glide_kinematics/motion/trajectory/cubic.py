@@ -57,7 +57,7 @@ class CubicPlan(Trajectory):
             jerks: for each slider (duration [s], jerk [m/s^3]), one phase after the other. The
                 last of them leaves the slider at rest.
         """
-        sliders = [_SliderProfile(*values) for values in zip(*initial, jerks)]
+        sliders = [SliderProfile(*values) for values in zip(*initial, jerks)]
         starts = [0.0]
         for time in sorted(time for slider in sliders for time in slider.starts):
             if time - starts[-1] > SAME_TIME:
@@ -231,10 +231,16 @@ class CubicPlan(Trajectory):
         return (region.path_check(self.at, self.duration, largest),)
 
 
-class _SliderProfile:
-    """One slider in phases of constant jerk."""
+class SliderProfile:
+    """One slider in phases of constant jerk, and its rest behind them.
+
+    Attributes:
+        starts: when each phase begins that takes some time, and the end. Shape (k + 1,) [s].
+        final_height: where it rests [m].
+    """
 
     def __init__(self, height: float, velocity: float, acceleration: float, phases: Phases) -> None:
+        """Integrate the ``phases`` from a state on."""
         time = 0.0
         state = height, velocity, acceleration
         self.starts: list[float] = []

@@ -51,15 +51,19 @@ def after(
     )
 
 
-def first_of(phases: Phases, until: float) -> Phases:
-    """Return the phases up to a time [s]."""
-    first = []
-    for duration, jerk in phases:
-        first.append((min(duration, until), jerk))
-        until -= duration
-        if until <= 0.0:
-            break
-    return first
+def cut_to(phases: Phases, duration: float) -> Phases:
+    """Return the first part of ``phases``, filled up with no jerk, that takes ``duration`` [s]."""
+    kept: list[tuple[float, float]] = []
+    left = duration
+    for length, jerk in phases:
+        if length >= left:
+            kept.append((left, jerk))
+            return kept
+        if length > 0.0:
+            kept.append((length, jerk))
+            left -= length
+    kept.append((left, 0.0))
+    return kept
 
 
 def total_duration(phases: Phases) -> float:

@@ -9,24 +9,10 @@ from tri_glide_kinematics.motion.trajectory.phases import Phases
 
 # The ROS index has ruckig 0.9.2, whose own Python module shows no phases: see tri_glide_ruckig/.
 try:
-    from ruckig import (
-        ControlInterface,
-        InputParameter,
-        Ruckig,
-        RuckigError,
-        Synchronization,
-        Trajectory,
-    )
+    import ruckig
 except ImportError as missing:
     try:
-        from tri_glide_ruckig import (
-            ControlInterface,
-            InputParameter,
-            Ruckig,
-            RuckigError,
-            Synchronization,
-            Trajectory,
-        )
+        import tri_glide_ruckig as ruckig
     except ImportError:
         raise ModuleNotFoundError(
             "there is neither the module ruckig (python3 -m pip install ruckig) nor "
@@ -34,11 +20,15 @@ except ImportError as missing:
             name="ruckig",
         ) from missing
 
-__all__ = ["RuckigPlanner", "Synchronization"]
-
 # Ruckig fails on round numbers where two kinds of profile meet: 0.05 m from rest to rest at
 # 10 m/s^2 and 200 m/s^3 is such a case. A jerk that is smaller by this leads past it.
 JERK_FACTORS = (1.0, 1.0 - 1e-9, 1.0 - 1e-6)
+
+# One number for each degree of freedom.
+Numbers = Sequence[float]
+
+# Limits of velocity, acceleration and jerk.
+Limits = tuple[Numbers, Numbers, Numbers]
 
 
 class RuckigPlanner:
@@ -47,21 +37,21 @@ class RuckigPlanner:
     def __init__(self, degrees_of_freedom: int) -> None:
         """Prepare for that many degrees of freedom."""
         # The cycle time given here has no effect: trajectories are calculated, never stepped.
-        self._ruckig = Ruckig(degrees_of_freedom, 0.001)
-        self._trajectory = Trajectory(degrees_of_freedom)
-        self._input = InputParameter(degrees_of_freedom)
-        self._input.target_velocity = [0.0] * degrees_of_freedom
-        self._input.target_acceleration = [0.0] * degrees_of_freedom
+        self._ruckig = ruckig.Ruckig(degrees_of_freedom, 0.001)
+        self._trajectory = ruckig.Trajectory(degrees_of_freedom)
+        self._input = ruckig.InputParameter(degrees_of_freedom)
+        self._zeros = [0.0] * degrees_of_freedom
 
     def to_rest_at(
         self,
-        target: Sequence[float],
-        position: Sequence[float],
-        velocity: Sequence[float],
-        acceleration: Sequence[float],
-        limits: tuple[Sequence[float], Sequence[float], Sequence[float]],
-        synchronization: Synchronization = Synchronization.Time,
-        downwards: Sequence[float] | None = None,
+        target: Numbers,
+        position: Numbers,
+        velocity: Numbers,
+        acceleration: Numbers,
+        limits: Limits,
+        downwards: Numbers | None = None,
+        *,
+        together: bool = True,
     ) -> list[Phases]:
         """Return the phases that lead from a state to rest at ``target``.
 
@@ -71,32 +61,23 @@ class RuckigPlanner:
             velocity: of the state.
             acceleration: of the state.
             limits: of velocity, acceleration and jerk.
-            synchronization: ``Time`` if all are to arrive together, or ``No``. Ruckig does not
-                keep ``Phase``, for which see :class:`SliderMotion`.
             downwards: limits of negative accelerations, if they are others.
+            together: whether all are to arrive at the same time. On the way ruckig does not keep
+                their ratio, for which see :class:`SliderMotion`.
 
         Raises:
             PlanningError: if ruckig finds no solution.
         """
-        parameters = self._input
-        parameters.control_interface = ControlInterface.Position
-        parameters.target_position = target
-        parameters.current_position = position
-        parameters.max_velocity = limits[0]
-        if downwards is None:
-            return self._calculate(velocity, acceleration, limits, synchronization)
-        parameters.min_acceleration = [-most for most in downwards]
-        try:
-            return self._calculate(velocity, acceleration, limits, synchronization)
-        finally:
-            parameters.min_acceleration = None
+        least = None if downwards is None else [-most for most in downwards]
+        start, end = (position, velocity, acceleration), (target, self._zeros, self._zeros)
+        return self._between(start, end, limits, (None, least), together=together)
 
     def onto_origin(
         self,
-        state: Sequence[Sequence[float]],
+        state: Sequence[Numbers],
         velocities: Sequence[tuple[float, float]],
         accelerations: Sequence[tuple[float, float]],
-        jerk: Sequence[float],
+        jerk: Numbers,
     ) -> list[Phases]:
         """Return the phases that bring all degrees of freedom to rest at zero as soon as possible.
 
@@ -112,29 +93,18 @@ class RuckigPlanner:
         Raises:
             PlanningError: if ruckig finds no solution.
         """
-        parameters = self._input
-        position, velocity, acceleration = zip(*state)
-        parameters.min_velocity, highest = zip(*velocities)
-        parameters.min_acceleration, most = zip(*accelerations)
-        try:
-            return self.to_rest_at(
-                [0.0] * len(jerk),
-                position,
-                velocity,
-                acceleration,
-                (highest, most, jerk),
-                Synchronization.Time,
-            )
-        finally:
-            parameters.min_velocity = parameters.min_acceleration = None
+        slowest, fastest = zip(*velocities)
+        least, most = zip(*accelerations)
+        end, limits = (self._zeros,) * 3, (fastest, most, jerk)
+        return self._between(tuple(zip(*state)), end, limits, (slowest, least), together=True)
 
     def to_pass(
         self,
-        target: Sequence[float],
-        passing: Sequence[float],
-        state: Sequence[Sequence[float]],
-        limits: tuple[Sequence[float], Sequence[float], Sequence[float]],
-        bend: Sequence[float] = (0.0, 0.0, 0.0),
+        target: Numbers,
+        passing: Numbers,
+        state: Sequence[Numbers],
+        limits: Limits,
+        bend: Numbers = (0.0, 0.0, 0.0),
     ) -> list[Phases]:
         """Return the phases that bring each degree of freedom to ``target`` as soon as possible.
 
@@ -148,35 +118,18 @@ class RuckigPlanner:
         Raises:
             PlanningError: if ruckig finds no solution.
         """
-        position, velocity, acceleration = zip(*state)
-        self._input.target_velocity, self._input.target_acceleration = passing, bend
-        try:
-            return self.to_rest_at(
-                target, position, velocity, acceleration, limits, Synchronization.No
-            )
-        finally:
-            self._input.target_velocity = [0.0] * len(target)
-            self._input.target_acceleration = [0.0] * len(target)
+        return self._between(tuple(zip(*state)), (target, passing, bend), limits, together=False)
 
-    def to_rest(
-        self,
-        velocity: Sequence[float],
-        acceleration: Sequence[float],
-        limits: tuple[Sequence[float], Sequence[float], Sequence[float]],
-    ) -> list[Phases]:
+    def to_rest(self, velocity: Numbers, acceleration: Numbers, limits: Limits) -> list[Phases]:
         """Return the phases that bring each degree of freedom to rest as soon as possible.
 
         Raises:
             PlanningError: if ruckig finds no solution.
         """
-        return self.to_velocity([0.0] * len(velocity), velocity, acceleration, limits)
+        return self.to_velocity(self._zeros, velocity, acceleration, limits)
 
     def to_velocity(
-        self,
-        target: Sequence[float],
-        velocity: Sequence[float],
-        acceleration: Sequence[float],
-        limits: tuple[Sequence[float], Sequence[float], Sequence[float]],
+        self, target: Numbers, velocity: Numbers, acceleration: Numbers, limits: Limits
     ) -> list[Phases]:
         """Return the phases that lead to steady motion at the velocities ``target``.
 
@@ -186,31 +139,45 @@ class RuckigPlanner:
             PlanningError: if ruckig finds no solution.
         """
         parameters = self._input
-        parameters.control_interface = ControlInterface.Velocity
-        parameters.target_velocity = target
-        try:
-            return self._calculate(velocity, acceleration, limits, Synchronization.No)
-        finally:
-            parameters.target_velocity = [0.0] * len(target)
+        parameters.control_interface = ruckig.ControlInterface.Velocity
+        parameters.current_velocity, parameters.current_acceleration = velocity, acceleration
+        parameters.target_velocity, parameters.target_acceleration = target, self._zeros
+        parameters.min_acceleration = None
+        return self._calculate(limits, together=False)
 
-    def _calculate(
+    def _between(
         self,
-        velocity: Sequence[float],
-        acceleration: Sequence[float],
-        limits: tuple[Sequence[float], Sequence[float], Sequence[float]],
-        synchronization: Synchronization,
+        start: Sequence[Numbers],
+        end: Sequence[Numbers],
+        limits: Limits,
+        lowest: tuple[Numbers | None, Numbers | None] = (None, None),
+        *,
+        together: bool,
     ) -> list[Phases]:
+        """Return the phases from one state to another: positions, velocities and accelerations.
+
+        Velocities and accelerations may have ``lowest`` limits that are not the highest ones.
+        """
         parameters = self._input
-        parameters.synchronization = synchronization
-        parameters.current_velocity = velocity
-        parameters.current_acceleration = acceleration
+        parameters.control_interface = ruckig.ControlInterface.Position
+        parameters.current_position, parameters.current_velocity = start[:2]
+        parameters.target_position, parameters.target_velocity = end[:2]
+        parameters.current_acceleration, parameters.target_acceleration = start[2], end[2]
+        parameters.min_velocity, parameters.min_acceleration = lowest
+        parameters.max_velocity = limits[0]
+        return self._calculate(limits, together=together)
+
+    def _calculate(self, limits: Limits, *, together: bool) -> list[Phases]:
+        """Return the phases between the states that are given, which arrive ``together`` or not."""
+        parameters, kinds = self._input, ruckig.Synchronization
+        parameters.synchronization = kinds.Time if together else kinds.No
         parameters.max_acceleration = limits[1]
         for factor in JERK_FACTORS:
             parameters.max_jerk = [factor * jerk for jerk in limits[2]]
             try:
                 self._ruckig.calculate(parameters, self._trajectory)
             # The binding has no name for some results and raises a ValueError then.
-            except (RuckigError, ValueError) as error:
+            except (ruckig.RuckigError, ValueError) as error:
                 reason = str(error).strip().splitlines()
             else:
                 return [

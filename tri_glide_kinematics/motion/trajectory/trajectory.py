@@ -247,14 +247,11 @@ class SequencePlan(Trajectory):
 
     def sample(self, times: FloatArray) -> SampledPlan:
         """Return the setpoints at many ``times``. Shape (n,) [s]."""
-        shifted = times + self._skipped
-        owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
+        owner, past = self._plans_at(times)
         sampled = SampledPlan(times, *(np.empty((len(times), 3)) for _ in range(3)))
         for index in sorted(set(owner.tolist())):
             mine = owner == index
-            part = self._plans[index].sample(
-                shifted[mine] - (self._ends[index - 1] if index else 0.0)
-            )
+            part = self._plans[index].sample(past[mine])
             for values, of_part in zip(sampled[1:], part[1:]):
                 values[mine] = of_part
         return sampled
@@ -286,11 +283,14 @@ class SequencePlan(Trajectory):
 
     def mixed_series(self, machine: TriGlide, times: FloatArray, half: FloatArray) -> MixedSeries:
         """Return Taylor series, each from the plan that it lies in."""
+        owner, past = self._plans_at(times)
+        return at_once(joined_series(self._plans, owner, machine, past, half))
+
+    def _plans_at(self, times: FloatArray) -> tuple[Indices, FloatArray]:
+        """Return which plan is driven at each of many ``times``, and how much of it is past [s]."""
         shifted = times + self._skipped
         owner = np.minimum(np.searchsorted(self._ends, shifted, side="right"), len(self._plans) - 1)
-        begins = np.array([0.0, *self._ends[:-1]])
-        times = shifted - begins[owner]
-        return at_once(joined_series(self._plans, owner, machine, times, half))
+        return owner, shifted - np.array([0.0, *self._ends[:-1]])[owner]
 
     def parts(self, time: float) -> list[tuple[Trajectory, float]]:
         """Return the plans that are not over at ``time`` [s], and how much of each is past."""

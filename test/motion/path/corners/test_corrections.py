@@ -6,7 +6,7 @@ import pytest
 from testing.path_samples import random_path, unit
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import DrivenPath, PlatformPath
-from tri_glide_kinematics.motion.path.corners import rounding
+from tri_glide_kinematics.motion.path.corners import corrections
 
 
 def rough_polyline(rng, tolerance):
@@ -35,10 +35,10 @@ PATHS = {
 @pytest.mark.parametrize("name", PATHS)
 def test_carrying_on_costs_no_digits(name, monkeypatch):
     segments = PATHS[name].segments
-    monkeypatch.setattr(rounding, "FEW_TERMS", 10**9)
+    monkeypatch.setattr(corrections, "FEW_TERMS", 10**9)
     exact = at_once(DrivenPath.of(segments))
-    monkeypatch.setattr(rounding, "FEW_TERMS", 1)
-    monkeypatch.setattr(rounding, "FEW_EACH", 0)
+    monkeypatch.setattr(corrections, "FEW_TERMS", 1)
+    monkeypatch.setattr(corrections, "FEW_EACH", 0)
     carried = at_once(DrivenPath.of(segments))
     assert (exact.breaks == carried.breaks).all()
     ways = np.linspace(0.0, exact.length, 1500)

@@ -5,7 +5,7 @@ import pytest
 
 from testing.path_samples import random_path
 from tri_glide_kinematics.motion.path import PlatformPath
-from tri_glide_kinematics.motion.path.corners import rounding
+from tri_glide_kinematics.motion.path.corners import corrections
 from tri_glide_kinematics.motion.path.corners.widths import WIDEST
 
 TOLERANCE = 1e-3
@@ -27,8 +27,8 @@ def cubic(x, width):
 @pytest.mark.parametrize("few_terms", [0, 4000])
 @pytest.mark.parametrize("room", [0.004, 0.006, 0.0065, 0.0086, 0.012])
 def test_the_form_is_that_of_the_formulas(room, few_terms, monkeypatch):
-    monkeypatch.setattr(rounding, "FEW_TERMS", few_terms)
-    monkeypatch.setattr(rounding, "FEW_EACH", 0)
+    monkeypatch.setattr(corrections, "FEW_TERMS", few_terms)
+    monkeypatch.setattr(corrections, "FEW_EACH", 0)
     driven = corner(0.012, room)
     width = min(room, WIDEST * TOLERANCE)
     x = np.linspace(-0.012, room, 500)[:-1]

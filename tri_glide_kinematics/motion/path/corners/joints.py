@@ -1,12 +1,24 @@
-"""Joints between the segments of a path: which are smooth, which are stops, which are rounded."""
+"""Joints between the segments of a path: which are smooth, which are stops, which are rounded.
+
+Functions inside of others work on ``some`` of the rows.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from tri_glide_kinematics.interruptible import (
+    Interruptible,
+    column_of,
+    columns_of,
+    concatenated,
+    indices_of,
+    picked,
+)
 from tri_glide_kinematics.motion.path.segments import Segments
 from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices, are_among
 
@@ -26,6 +38,8 @@ LEAST_OF_CORNER = 3e-6
 # The way driven is nowhere shorter than this part of the way programmed. In the middle of a
 # rounded corner it is half the sum of both tangents; a sharper corner is a stop.
 LEAST_RATE = 0.2
+
+NO_STOPS = np.zeros(0)
 
 
 class ShapedCorners(NamedTuple):
@@ -194,3 +208,61 @@ def least_between(values: FloatArray, heads: Indices, some: slice) -> FloatArray
 def lengths_of(vectors: FloatArray) -> FloatArray:
     """Return the Euclidean lengths of vectors, shape (n, 3). Shape (n,)."""
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
+
+
+def joints_of(
+    segments: Segments, stops: FloatArray = NO_STOPS, shaped: ShapedCorners | None = None
+) -> Interruptible[tuple[RoundedJoints, FloatArray]]:
+    """Return the joints of a path that are rounded, and the ways at all stops [m].
+
+    Args:
+        segments: of the path.
+        stops: ways of joints that are stops in any case, unless they are smooth; ascending [m].
+        shaped: how corners are driven with a shaper; None without one.
+    """
+    ways = yield from Segments.joints.in_pieces(segments)
+    inner, tolerances = ways[1:-1], segments.tolerances[:-1]
+    changes = columns_of(
+        len(inner), lambda some: jumps_at(segments, some, stops, shaped), spare_zeros=True
+    )
+    jumps = Jumps(*(yield from changes))
+    stopped = yield from picked(inner, (yield from indices_of(jumps.stops)))
+    all_stops = yield from concatenated((ways[:1], stopped, ways[-1:]))
+    rounded = yield from indices_of(jumps.rounded)
+    free = yield from _free(tolerances, jumps, rounded)
+    columns: list[NDArray[Any]] = [inner, *jumps[:5], tolerances]
+    # Nothing is copied if all joints are rounded, as those of a dense path.
+    if len(rounded) < len(inner):
+        columns = yield from columns_of(
+            len(rounded),
+            lambda some: [column[rounded[some]] for column in columns],
+            spare_zeros=True,
+        )
+    rooms = yield from columns_of(len(rounded), lambda some: rooms_at(columns[0][some], all_stops))
+    return RoundedJoints(*(*columns, *rooms, free)), all_stops
+
+
+def _free(tolerances: FloatArray, jumps: Jumps, rounded: Indices) -> Interruptible[BoolArray]:
+    """Return whether no smooth joint beside a rounded one has a smaller tolerance.
+
+    Args:
+        tolerances: of all joints between segments. Shape (n - 1,) [m].
+        jumps: at these joints.
+        rounded: indices of the rounded joints, ascending. Shape (m,).
+
+    Returns:
+        Shape (m,).
+    """
+    rough = yield from indices_of(jumps.rough)
+    smooth = yield from concatenated((jumps.smooth_tolerances, np.array([np.inf])))
+    # Of the smooth joints from one that is not to the next.
+    heads = yield from concatenated((np.zeros(1, dtype=np.intp), rough, np.array([len(smooth)])))
+    least = yield from column_of(len(rough) + 1, lambda some: least_between(smooth, heads, some))
+
+    def is_free(some: slice) -> BoolArray:
+        here = rounded[some]
+        following = np.searchsorted(rough, here)
+        beside = np.minimum(least[following], least[following + 1])
+        return np.asarray(beside >= tolerances[here])
+
+    return (yield from column_of(len(rounded), is_free))

@@ -1,18 +1,15 @@
-"""How a path is rounded, stage by stage: its joints, how wide they are rounded, what that adds.
+"""How wide all joints of a path are rounded, also where many roundings share their room.
 
-What is done for some joints, or between some breaks, stands in ``joints``, ``widths`` and
-``corrections``. Here it is done for all of them, interruptibly. Functions inside of others work on
-``some`` of the rows, with the values that the names around them have at that time.
+The formulas stand in ``widths``. Functions inside of others work on ``some`` of the rows, with the
+values that the names around them have at that time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tri_glide_kinematics.interruptible import (
     ROWS,
@@ -24,26 +21,8 @@ from tri_glide_kinematics.interruptible import (
     columns_of,
     concatenated,
     indices_of,
-    picked,
-    sorting,
 )
-from tri_glide_kinematics.motion.path.corners.corrections import (
-    SUM_BLOCK,
-    Breaks,
-    Layer,
-    RoundingSums,
-    carried_on,
-    changes_at,
-    roundings_over,
-)
-from tri_glide_kinematics.motion.path.corners.joints import (
-    Jumps,
-    RoundedJoints,
-    ShapedCorners,
-    jumps_at,
-    least_between,
-    rooms_at,
-)
+from tri_glide_kinematics.motion.path.corners.joints import RoundedJoints
 from tri_glide_kinematics.motion.path.corners.widths import (
     CONVEX_BEND,
     LARGE_TURN,
@@ -51,7 +30,6 @@ from tri_glide_kinematics.motion.path.corners.widths import (
     LOWER,
     NEIGHBOURS,
     NONE_KEPT,
-    PARTS,
     SPARE,
     Weights,
     Widths,
@@ -60,10 +38,8 @@ from tri_glide_kinematics.motion.path.corners.widths import (
     excess_in_crowd,
     grown,
     halves_between,
-    inner_parts,
     is_too_far,
     reaches_over,
-    swing_parts,
     swung,
     tapered,
     widths_alone,
@@ -71,8 +47,7 @@ from tri_glide_kinematics.motion.path.corners.widths import (
     widths_in_crowd,
     with_kept,
 )
-from tri_glide_kinematics.motion.path.segments import Segments
-from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices
+from tri_glide_kinematics.vectors import BoolArray, FloatArray
 
 # The widths are made smaller at most so often, until all tolerances hold and the way driven is
 # nowhere too short.
@@ -85,81 +60,8 @@ FIRST_ROUNDS = 4
 # where together they would make the way driven too short.
 SMALLER = 0.7
 
-# Two breaks that are nearer, as part of the path's length, are one: the rest is rounding error.
-SAME_BREAK = 1e-13
-
-# The sums are formed at all breaks if they have no more terms, or no more each on average.
-FEW_TERMS = 4000
-FEW_EACH = 2
-
-# Number of spans between breaks that are worked on together.
-CARRIED_SPANS = 64 * SUM_BLOCK
-
 # Number of joints that are worked on together where their neighbours are searched for.
 SEARCHED_ROWS = 2000
-
-# Number of terms of sums that are worked on together.
-TERMS = 2000
-
-NO_STOPS = np.zeros(0)
-
-
-def joints_of(
-    segments: Segments, stops: FloatArray = NO_STOPS, shaped: ShapedCorners | None = None
-) -> Interruptible[tuple[RoundedJoints, FloatArray]]:
-    """Return the joints of a path that are rounded, and the ways at all stops [m].
-
-    Args:
-        segments: of the path.
-        stops: ways of joints that are stops in any case, unless they are smooth; ascending [m].
-        shaped: how corners are driven with a shaper; None without one.
-    """
-    ways = yield from Segments.joints.in_pieces(segments)
-    inner, tolerances = ways[1:-1], segments.tolerances[:-1]
-    changes = columns_of(
-        len(inner), lambda some: jumps_at(segments, some, stops, shaped), spare_zeros=True
-    )
-    jumps = Jumps(*(yield from changes))
-    stopped = yield from picked(inner, (yield from indices_of(jumps.stops)))
-    all_stops = yield from concatenated((ways[:1], stopped, ways[-1:]))
-    rounded = yield from indices_of(jumps.rounded)
-    free = yield from _free(tolerances, jumps, rounded)
-    columns: list[NDArray[Any]] = [inner, *jumps[:5], tolerances]
-    # Nothing is copied if all joints are rounded, as those of a dense path.
-    if len(rounded) < len(inner):
-        columns = yield from columns_of(
-            len(rounded),
-            lambda some: [column[rounded[some]] for column in columns],
-            spare_zeros=True,
-        )
-    rooms = yield from columns_of(len(rounded), lambda some: rooms_at(columns[0][some], all_stops))
-    return RoundedJoints(*(*columns, *rooms, free)), all_stops
-
-
-def _free(tolerances: FloatArray, jumps: Jumps, rounded: Indices) -> Interruptible[BoolArray]:
-    """Return whether no smooth joint beside a rounded one has a smaller tolerance.
-
-    Args:
-        tolerances: of all joints between segments. Shape (n - 1,) [m].
-        jumps: at these joints.
-        rounded: indices of the rounded joints, ascending. Shape (m,).
-
-    Returns:
-        Shape (m,).
-    """
-    rough = yield from indices_of(jumps.rough)
-    smooth = yield from concatenated((jumps.smooth_tolerances, np.array([np.inf])))
-    # Of the smooth joints from one that is not to the next.
-    heads = yield from concatenated((np.zeros(1, dtype=np.intp), rough, np.array([len(smooth)])))
-    least = yield from column_of(len(rough) + 1, lambda some: least_between(smooth, heads, some))
-
-    def is_free(some: slice) -> BoolArray:
-        here = rounded[some]
-        following = np.searchsorted(rough, here)
-        beside = np.minimum(least[following], least[following + 1])
-        return np.asarray(beside >= tolerances[here])
-
-    return (yield from column_of(len(rounded), is_free))
 
 
 def widths_of(
@@ -511,177 +413,3 @@ def widths_behind(joints: RoundedJoints, kept: Widths, place: float) -> Interrup
         return kept.part(slice(first)).part(some).followed_by(widths.part(behind))
 
     return Widths(*(yield from columns_of(len(joints.ways), all_of, spare_zeros=True)))
-
-
-def corrections_of(
-    ways: FloatArray, joints: RoundedJoints, widths: Widths
-) -> Interruptible[tuple[FloatArray, FloatArray]]:
-    """Return what the roundings add to a path, as polynomials; interruptibly.
-
-    Args:
-        ways: of all joints, rounded or not. Shape (n + 1,) [m].
-        joints: that are rounded.
-        widths: of the roundings; of two, the one that begins first also ends first.
-
-    Returns:
-        The breaks, shape (k + 1,) [m]; and from each to the next the coefficients of ascending
-        powers of the way from the break: four, or five if the curvature jumps at a joint or a
-        rounding tapers off. Shape (k, 4 or 5, 3).
-    """
-    layers = yield from _layers(joints, widths)
-    all_breaks = yield from _breaks(ways, layers)
-    # The first layer has terms of the highest degree, so that the table is wide enough for all.
-    table: FloatArray | None = None
-    for layer, breaks in zip(layers, all_breaks):
-        table = yield from _with_layer(table, layer, breaks)
-    return all_breaks[0].ways, np.asarray(table)
-
-
-def _with_layer(
-    table: FloatArray | None, layer: Layer, breaks: Breaks
-) -> Interruptible[FloatArray]:
-    """Return the ``table`` of coefficients with those of a layer added; the first makes it."""
-    count, terms = len(breaks.ways) - 1, 0
-    over = yield from columns_of(count, lambda some: roundings_over(breaks, some))
-    sums = RoundingSums(breaks, layer, *over)
-    for some in blocks(count):
-        terms += int(sums.counts(some).sum())
-        yield
-    carries_on = terms > max(FEW_TERMS, FEW_EACH * count)
-    made = np.empty((count, sums.size, 3)) if table is None else table
-    for begin in range(0, count, CARRIED_SPANS):
-        some = slice(begin, min(begin + CARRIED_SPANS, count))
-        added = yield from _corrections_on(sums, some, carries_on)
-        if table is None:
-            made[some] = added
-        else:
-            made[some, : sums.size] += added
-        yield
-    return made
-
-
-def _layers(joints: RoundedJoints, widths: Widths) -> Interruptible[list[Layer]]:
-    """Return the layers of all roundings, those with terms of the fourth degree first."""
-    total, tapers, half_widths = len(joints.ways), widths.tapers, widths.half_widths
-    tapering = yield from indices_of(tapers)
-    swinging = yield from indices_of(widths.swings)
-    bent = yield from any_of(np.asarray, joints.bends)
-    thirds = yield from column_of(total, lambda some: 1.0 - tapers[some])
-    fourths = None
-    if len(tapering):
-        fourths = yield from column_of(total, lambda some: PARTS[0][0] * tapers[some])
-    jumps = joints.tangent_jumps, joints.curvature_jumps if bent else None
-    layers = [Layer(joints.ways, *jumps, half_widths, thirds, fourths)]
-    if len(tapering):
-        ways = yield from picked(joints.ways, tapering)
-        changes = yield from picked(joints.tangent_jumps, tapering)
-        columns = yield from columns_of(
-            len(tapering),
-            lambda some: inner_parts(half_widths[tapering[some]], tapers[tapering[some]]),
-        )
-        nothing = np.zeros(len(tapering))
-        for narrower, heights in zip(columns[::2], columns[1::2]):
-            layers.append(Layer(ways, changes, None, narrower, nothing, heights))
-    if len(swinging):
-        ways = yield from picked(joints.ways, swinging)
-        changes = yield from picked(joints.tangent_jumps, swinging)
-        given = half_widths, widths.swings, widths.swing_widths
-        columns = yield from columns_of(
-            len(swinging), lambda some: swing_parts(*(each[swinging[some]] for each in given))
-        )
-        for wide, heights in zip(columns[::2], columns[1::2]):
-            layers.append(Layer(ways, changes, None, wide, heights, None))
-    return layers
-
-
-def _breaks(ways: FloatArray, layers: Sequence[Layer]) -> Interruptible[list[Breaks]]:
-    """Return the joints of a path and the ends of its roundings, each place once.
-
-    Args:
-        ways: of all joints, rounded or not. Shape (n + 1,) [m].
-        layers: of roundings.
-
-    Returns:
-        One for each layer, all with the same ``ways``.
-    """
-    middles = yield from concatenated([layer.ways for layer in layers])
-    half_widths = yield from concatenated([layer.half_widths for layer in layers])
-    begins, ends = yield from columns_of(
-        len(middles),
-        lambda some: (
-            np.clip(middles[some] - half_widths[some], ways[0], ways[-1]),
-            np.clip(middles[some] + half_widths[some], ways[0], ways[-1]),
-        ),
-    )
-    ends = yield from concatenated((ways, begins, ends))
-    order = yield from sorting(ends, ways[:: ROWS // 3])
-    ascending = yield from picked(ends, order)
-    fresh = np.ones(len(ends), dtype=bool)
-    group = np.empty(len(ends), dtype=np.intp)
-    total = -1
-    for first in range(0, len(ends), ROWS):
-        yield
-        some = slice(first, first + ROWS)
-        begin = max(first, 1)
-        steps = np.diff(ascending[begin - 1 : first + ROWS])
-        fresh[begin : first + ROWS] = steps > SAME_BREAK * ways[-1]
-        numbers = np.cumsum(fresh[some]) + total
-        group[order[some]] = numbers
-        total = int(numbers[-1])
-    yield
-    places = yield from picked(ascending, (yield from indices_of(fresh)))
-    # A joint counts as the end of a rounding that differs from it by rounding errors only.
-    count, rounded = len(ways), len(half_widths)
-    for some in blocks(count):
-        places[group[some]] = ways[some]
-        yield
-    columns = (
-        group[count : count + rounded],
-        (yield from column_of(rounded, lambda some: group[np.searchsorted(ways, middles[some])])),
-        group[count + rounded :],
-    )
-    last = np.cumsum([len(layer.half_widths) for layer in layers])
-    return [
-        Breaks(places, *(column[end - len(layer.half_widths) : end] for column in columns))
-        for layer, end in zip(layers, last)
-    ]
-
-
-def _corrections_on(sums: RoundingSums, some: slice, carries_on: bool) -> Interruptible[FloatArray]:
-    """Return the coefficients on some spans in succession. Shape (n, size, 3)."""
-    formed = sums.counts(some) > 0
-    if carries_on:
-        heads = np.flatnonzero(formed[::SUM_BLOCK])
-        firsts = np.zeros((-(-len(formed) // SUM_BLOCK), sums.size, 3))
-        yield from _form(firsts, heads, sums, some.start + SUM_BLOCK * heads)
-        changes = changes_at(sums, some)
-        yield
-        ways = sums.breaks.ways[some.start : some.stop + 1]
-        table, is_lossy = carried_on(changes, firsts, ways)
-        yield
-        table[~formed] = 0.0
-        formed &= is_lossy
-    else:
-        table = np.zeros((len(formed), sums.size, 3))
-    rows = np.flatnonzero(formed)
-    yield from _form(table, rows, sums, some.start + rows)
-    return table
-
-
-def _form(
-    table: FloatArray, rows: Indices, sums: RoundingSums, spans: Indices
-) -> Interruptible[None]:
-    """Write coefficients on ``spans`` to ``rows`` of a ``table``, each summed over all roundings.
-
-    Args:
-        table: Shape (n, size, 3).
-        rows: Shape (m,).
-        sums: over roundings.
-        spans: Shape (m,).
-    """
-    part = np.cumsum(sums.counts(spans)) // TERMS
-    for number in range(int(part[-1]) + 1 if len(part) else 0):
-        these = slice(*np.searchsorted(part, (number, number + 1)))
-        if these.stop > these.start:
-            table[rows[these]] = sums.at(spans[these])
-            yield
