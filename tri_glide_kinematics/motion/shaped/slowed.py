@@ -16,8 +16,6 @@ h^{(3)} \dot\tau^3 + 3 \ddot h \dot\tau \ddot\tau + \dot h \tau^{(3)},\qquad
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once
@@ -35,7 +33,7 @@ from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import MixedSeries, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3, ascending
-from tri_glide_kinematics.workspace import Traced, Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # Steps of a bisection: then an instant is known to rounding.
 _HALVINGS = 60
@@ -120,6 +118,7 @@ class SlowedPlan(Trajectory):
         limits = limits.with_added()
         (yield from self.limit_use(limits, since)).check(limits)
 
-    def checks_inside(self, _region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Return nothing: the other plan was checked, and this leads to no other place."""
-        return ()
+    def checking_inside(self, _region: Workspace, _limits: SliderLimits) -> Interruptible[None]:
+        """Check nothing: the other plan was checked, and this leads to no other place."""
+        return
+        yield

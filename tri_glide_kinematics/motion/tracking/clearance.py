@@ -177,10 +177,9 @@ def first_certified(
     ways, excursions = traceable
     certified = Certified(ways, max(one.duration for one in excursions))
     most = hypot(*(one.acceleration for one in excursions))
-    proof = workspace.path_proof(_Path(start, ways).state, certified.duration, most, samples)
-    while not proof.go_on(at_once):
-        yield
-    return certified if proof.result() else None
+    path = _Path(start, ways).state
+    proof = workspace.path_proof(path, certified.duration, most, samples, at_once)
+    return certified if (yield from proof) else None
 
 
 def _box(

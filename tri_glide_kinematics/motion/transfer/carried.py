@@ -9,7 +9,7 @@ the frame of the belt, and how deep it goes does not depend on what the belt doe
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +31,7 @@ from tri_glide_kinematics.motion.shaping import Shaper
 from tri_glide_kinematics.motion.trajectory import MixedSeries, TimeScaling, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3, ascending
-from tri_glide_kinematics.workspace import Traced, Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # One impulse at once changes nothing.
 _UNSHAPED = Shaper((0.0,), (1.0,))
@@ -180,9 +180,9 @@ class CarriedPlan(Trajectory):
         """Do the same, in pieces."""
         (yield from self.limit_use(limits.with_added(), since)).check(limits.with_added())
 
-    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Return the checks of travel and of the way."""
+    def checking_inside(self, region: Workspace, limits: SliderLimits) -> Interruptible[None]:
+        """Check travel, and all of the way."""
         if self._shaped is None:
             at_once(self.limit_use(limits, 0.0, region))
         assert self._shaped is not None
-        return self._shaped.checks_inside(region, limits)
+        return self._shaped.checking_inside(region, limits)
