@@ -8,7 +8,7 @@ from math import hypot, inf
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible, at_once, blocks
+from tri_glide_kinematics.interruptible import Interruptible, blocks
 from tri_glide_kinematics.motion.limits import (
     SampledPlan,
     Series,
@@ -356,6 +356,4 @@ class PathPlan(CurvePlan):
 
     def checking_inside(self, region: Workspace, _limits: SliderLimits) -> Interruptible[None]:
         """Check the path from where the plan begins."""
-        at_once(check_place(self.heights.driven, region, float(self.scaling.ways[0])))
-        return
-        yield
+        yield from check_place(self.heights.driven, region, float(self.scaling.ways[0]))
