@@ -8,7 +8,7 @@ import reprlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import yaml
 
@@ -193,6 +193,9 @@ def _in_a_line(value: Any) -> str:
     return str(text).strip()[1:-1]
 
 
+AnyKeys = TypeVar("AnyKeys", bound="Keys")
+
+
 class Keys:
     """The keys of one entry, each read by its name.
 
@@ -218,7 +221,10 @@ class Keys:
 
     def error(self, reason: str, key: str = "") -> FileError:
         """Return the error that says the ``reason``, about a ``key`` or the whole entry."""
-        return self.error_class(self._file, ", ".join(filter(None, (self.place, key))), reason)
+        return self.error_class(self._file, self._place_of(key), reason)
+
+    def _place_of(self, key: str) -> str:
+        return ", ".join(filter(None, (self.place, key)))
 
     def value(self, key: str, default: Any = None) -> Any:
         """Return what stands under a ``key``, as it is.
@@ -226,11 +232,40 @@ class Keys:
         Raises:
             FileError: if nothing does, and there is no default.
         """
-        self._known.append(key)
+        if key not in self._known:
+            self._known.append(key)
         value = self._values.get(key, default)
         if value is None:
             raise self.error("is missing", key)
         return value
+
+    def section(self: AnyKeys, key: str, default: Any = None) -> AnyKeys:
+        """Return the keys under a ``key``.
+
+        Raises:
+            FileError: if nothing stands there, or no keys with values.
+        """
+        return type(self)(self._file, self._place_of(key), self.value(key, default))
+
+    def items(self) -> list[tuple[str, Any]]:
+        """Return each key with its value, where any key may stand."""
+        self._known += self._values
+        return [(str(key), value) for key, value in self._values.items()]
+
+    @contextmanager
+    def all_read(self) -> Iterator[None]:
+        """Make what the numbers cannot mean an error of the file; in the end all keys are read.
+
+        Raises:
+            FileError: if something in them has no meaning, or a key has not been read.
+        """
+        try:
+            yield
+        except self.error_class:
+            raise
+        except KinematicsError as error:
+            raise self.error(str(error)) from error
+        self.finish()
 
     def one_of(self, names: tuple[str, ...]) -> tuple[str, Any]:
         """Return the only key and its value.
@@ -308,15 +343,16 @@ class Keys:
             raise self.error(f"is {shortened(name)}, must be one of {', '.join(UNITS)}", "unit")
         return UNITS[name]
 
-    def entries(self, key: str) -> list[Any]:
+    def entries(self, key: str, default: list[Any] | None = None) -> list[Any]:
         """Return a list, as it is.
 
         Raises:
-            FileError: if it is none, or empty.
+            FileError: if it is none, or empty although there is no default.
         """
-        value = self.value(key)
-        if not isinstance(value, list) or not value:
-            raise self.error(f"is {shortened(value)}, must be a list of one entry at least", key)
+        value = self.value(key, default)
+        if not isinstance(value, list) or (not value and default is None):
+            wanted = "a list" if default is not None else "a list of one entry at least"
+            raise self.error(f"is {shortened(value)}, must be {wanted}", key)
         return value
 
     def finish(self) -> None:

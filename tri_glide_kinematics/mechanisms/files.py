@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import FileError, Keys, load_yaml, shortened
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
@@ -78,12 +77,8 @@ def load_mechanism(path: str | Path) -> MechanismFile:
             str(path), str(kind), f"is no kind of mechanism: must be one of {kinds}"
         )
     section = _Section(str(path), kind, values)
-    try:
+    with section.all_read():
         return _READERS[kind](section)
-    except MechanismFileError:
-        raise
-    except KinematicsError as error:
-        raise section.error(str(error)) from error
 
 
 class _Section(Keys):
@@ -135,13 +130,11 @@ def _read_four_bar(section: _Section) -> MechanismFile:
     linkage: FourBar
     if "crank_pin" in section:
         crank_pivot, crank_pin, rocker_pin, rocker_pivot = map(section.point, _JOINTS)
-        section.finish()
         linkage = FourBar.from_joints(crank_pivot, crank_pin, rocker_pin, rocker_pivot, tolerance)
     else:
         crank, coupler, rocker, ground = map(section.number, _LINKS)
         crank_pivot = section.point("crank_pivot", _ORIGIN)
         ground_angle = section.angle("ground_angle")
-        section.finish()
         linkage = FourBar(crank, coupler, rocker, ground, crank_pivot, ground_angle, tolerance)
     return MechanismFile(linkage, coupler_point)
 
@@ -153,7 +146,6 @@ def _read_f_mechanism(section: _Section) -> MechanismFile:
     platform = section.points("platform")
     phases = section.angle("phase_b"), section.angle("phase_c")
     counter_rotating = section.flag("counter_rotating")
-    section.finish()
     return MechanismFile(
         FMechanism(base, crank_lengths, rod_lengths, platform, *phases, counter_rotating)
     )
@@ -163,7 +155,6 @@ def _read_landing_gear(section: _Section) -> MechanismFile:
     numbers = {key: section.number(key) for key in _GEAR_NUMBERS}
     inertia = section.matrix("gear_inertia")
     gravity = section.vector("gravity", [0.0, 0.0, -9.80665])
-    section.finish()
     return MechanismFile(LandingGear(gear_inertia=inertia, gravity=gravity, **numbers))
 
 

@@ -23,9 +23,8 @@ Heights are reported ones. Lengths are in the unit that the file names. An examp
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -41,7 +40,6 @@ from tri_glide_kinematics.calibration.fit.numbers import (
     Priors,
     Touch,
 )
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import UNITS, FileError, Keys, load_yaml, whole_yaml
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlideGeometry
@@ -184,30 +182,22 @@ class _Reader:
         self._plates: dict[str, Plate] = {}
 
     def read(self) -> MeasurementFile:
-        nominal, priors, plates = self._nominal(), self._priors(), self._section("plates", {})
-        for name in plates:
-            self._plates[str(name)] = self._plate(str(name), plates[name])
-        measurements = MeasurementFile(
-            nominal,
-            priors,
-            self._all("touches", "touch", self._touch),
-            self._all("positions", "position", self._position),
-            self._all("distances", "distance", self._distance),
-            self._workspace(),
-        )
-        self._keys.finish()
-        return measurements
-
-    def _section(self, key: str, default: Any = None) -> Mapping[Any, Any]:
-        value = self._keys.value(key, default)
-        if not isinstance(value, Mapping):
-            raise self._keys.error(f"is {keys.shortened(value)}, must be keys with values", key)
-        return value
+        with self._keys.all_read():
+            nominal, priors = self._nominal(), self._priors()
+            for name, values in self._keys.section("plates", {}).items():
+                self._plates[name] = self._plate(name, values)
+            return MeasurementFile(
+                nominal,
+                priors,
+                self._all("touches", "touch", self._touch),
+                self._all("positions", "position", self._position),
+                self._all("distances", "distance", self._distance),
+                self._workspace(),
+            )
 
     def _nominal(self) -> MachineParameters:
-        section = _Keys(self._file, "nominal", self._section("nominal"))
-
-        def read() -> MachineParameters:
+        section = self._keys.section("nominal")
+        with section.all_read():
             rows = enumerate(section.entries("anchors"))
             anchors = [self._lengths(section, f"anchors[{i}]", row, 2) for i, row in rows]
             arms = self._lengths(section, "arm_lengths", section.value("arm_lengths"), 3)
@@ -215,40 +205,31 @@ class _Reader:
             x, y, z = self._lengths(section, "height_offsets", offsets, 3)
             return MachineParameters(TriGlideGeometry(anchors, arms), (x, y, z))
 
-        return self._made(section, read)
-
     def _priors(self) -> Priors | None:
-        value = self._keys.value("priors", {})
-        if value == NONE:
+        if self._keys.value("priors", {}) == NONE:
             return None
-        section = _Keys(self._file, "priors", value)
+        section = self._keys.section("priors", {})
         usual = [getattr(Priors(), kind) / self._unit for kind in PRIOR_KINDS]
-
-        def read() -> Priors:
+        with section.all_read():
             numbers = [self._unit * section.number(*each) for each in zip(PRIOR_KINDS, usual)]
             return Priors(**dict(zip(PRIOR_KINDS, numbers)))  # type: ignore[arg-type]
 
-        return self._made(section, read)
-
     def _workspace(self) -> WorkspaceLimits | None:
-        value = self._keys.value("workspace", NONE)
-        if value == NONE:
+        if self._keys.value("workspace", NONE) == NONE:
             return None
-        section = _Keys(self._file, "workspace", value)
-        return self._made(section, partial(read_workspace, section, self._unit))
+        section = self._keys.section("workspace")
+        with section.all_read():
+            return read_workspace(section, self._unit)
 
     def _plate(self, name: str, values: Any) -> Plate:
         section = _Keys(self._file, f"plate {name!r}", values)
-
-        def read() -> Plate:
+        with section.all_read():
             height, tilt = section.value("height", 0.0), section.value("tilt", [0.0, 0.0])
             return Plate(
                 name,
                 None if height == UNKNOWN else self._unit * section.number("height", 0.0),
                 None if tilt == UNKNOWN else self._pair(section, "tilt", tilt),
             )
-
-        return self._made(section, read)
 
     def _touch(self, section: _Keys) -> Touch:
         name = section.text("plate", "bed")
@@ -273,22 +254,12 @@ class _Reader:
         return Distance(*ends, distance, self._deviation(section))
 
     def _all(self, key: str, name: str, read: Callable[[_Keys], Made]) -> tuple[Made, ...]:
-        entries = self._keys.value(key, [])
-        if not isinstance(entries, list):
-            raise self._keys.error(f"is {keys.shortened(entries)}, must be a list", key)
-        sections = [_Keys(self._file, f"{name} {i}", each) for i, each in enumerate(entries, 1)]
-        return tuple(self._made(section, partial(read, section)) for section in sections)
-
-    def _made(self, section: _Keys, read: Callable[[], Made]) -> Made:
-        """Return what is read; what its numbers cannot mean is an error of the file."""
-        try:
-            made = read()
-        except MeasurementFileError:
-            raise
-        except KinematicsError as error:
-            raise section.error(str(error)) from error
-        section.finish()
-        return made
+        found = []
+        for number, each in enumerate(self._keys.entries(key, []), 1):
+            section = _Keys(self._file, f"{name} {number}", each)
+            with section.all_read():
+                found.append(read(section))
+        return tuple(found)
 
     def _heights(self, section: _Keys, key: str) -> Vector3:
         return three(self._unit * value for value in section.vector(key))
