@@ -106,7 +106,7 @@ class ConditionField:
         """Prepare for a machine and its largest condition number."""
         self._anchors = geometry.anchors
         self._lengths = geometry.arm_lengths
-        self._sign = 1.0 if geometry.doubled_area > 0.0 else -1.0
+        self._sign = geometry.handedness
         self._max_condition = max_condition
 
     def around(self, x: float, y: float) -> Surroundings | None:
