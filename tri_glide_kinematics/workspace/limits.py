@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from enum import Enum
 from math import hypot, inf, sqrt
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -180,6 +180,16 @@ class WorkspaceLimits:
         if condition <= 1.0:
             raise OutOfBoundsError("max_condition_number", condition, "greater than 1")
         object.__setattr__(self, "max_condition_number", condition)
+
+    def by_name(self) -> dict[str, Any]:
+        """Return all that bounds, by the names of parameters: numbers, and tuples of numbers."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        cylinder: Cylinder | None = values.pop("cylinder")
+        if cylinder is not None:
+            values["cylinder_center"] = cylinder.center_x, cylinder.center_y
+            values["cylinder_radius"] = cylinder.radius
+            values["cylinder_z"] = cylinder.z_min, cylinder.z_max
+        return {name: value for name, value in values.items() if value is not None}
 
 
 def _check_corners(

@@ -87,31 +87,6 @@ def read_workspace(section: Keys, unit: float) -> WorkspaceLimits:
     )
 
 
-def workspace_keys(limits: WorkspaceLimits, in_unit: Callable[[Any], Any]) -> dict[str, Any]:
-    """Return what ``read_workspace`` reads as these ``limits``.
-
-    Args:
-        limits: with the travel as the drives report it.
-        in_unit: brings a length [m], or a sequence of them, into the unit of the file.
-    """
-    keys: dict[str, Any] = {
-        "lower_heights": in_unit(limits.lower_heights),
-        "upper_heights": in_unit(limits.upper_heights),
-        "reach_margin": in_unit(limits.reach_margin),
-        "max_condition_number": limits.max_condition_number,
-    }
-    if limits.box_lower is not None:
-        keys["box_lower"] = in_unit(limits.box_lower)
-    if limits.box_upper is not None:
-        keys["box_upper"] = in_unit(limits.box_upper)
-    cylinder = limits.cylinder
-    if cylinder is not None:
-        keys["cylinder_center"] = in_unit((cylinder.center_x, cylinder.center_y))
-        keys["cylinder_radius"] = in_unit(cylinder.radius)
-        keys["cylinder_z"] = in_unit((cylinder.z_min, cylinder.z_max))
-    return keys
-
-
 # Of a file that is written here: no other is overwritten.
 FIRST_LINE = "# Measurements of one machine."
 UNKNOWN = "unknown"
@@ -329,5 +304,10 @@ def _as_keys(content: MeasurementFile, unit: str) -> dict[str, Any]:
             }
             for one in content.distances
         ],
-        "workspace": NONE if workspace is None else workspace_keys(workspace, in_unit),
+        "workspace": NONE
+        if workspace is None
+        else {
+            name: value if name == "max_condition_number" else in_unit(value)
+            for name, value in workspace.by_name().items()
+        },
     }
