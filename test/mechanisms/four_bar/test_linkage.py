@@ -1,5 +1,4 @@
 import math
-import sys
 
 import numpy as np
 import pytest
@@ -8,6 +7,7 @@ from hypothesis import strategies as st
 from soak import many
 from strategies import nudged
 
+from testing.calls import calls
 from tri_glide_kinematics.errors import (
     NotAChoiceError,
     NotFiniteError,
@@ -525,20 +525,8 @@ def test_what_is_no_branch_is_refused_by_what_there_is(branch):
         assert caught.value.choices == ("Branch.OPEN", "Branch.CROSSED")
 
 
-def calls_of(call):
-    """How many functions a call calls, those of C among them."""
-    calls = []
-    sys.setprofile(lambda frame, event, _: calls.append(event) if "call" in event else None)
-    try:
-        call()
-    finally:
-        sys.setprofile(None)
-    return len(calls)
-
-
 def test_one_angle_takes_about_the_work_of_a_sweep():
     linkage = FourBar(0.02, 0.07, 0.09, 0.06)
     linkage.solve(0.5, 10.0)
-    assert calls_of(lambda: linkage.solve(0.5, 10.0)) < 3 * calls_of(
-        lambda: linkage.sweep([0.5], 10.0)
-    )
+    sweep = calls(linkage.sweep, [0.5], 10.0).total()
+    assert calls(linkage.solve, 0.5, 10.0).total() < 3 * sweep
