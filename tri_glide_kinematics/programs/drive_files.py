@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TextIO
 
 from tri_glide_kinematics import keys
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.keys import FileError, load_yaml
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
@@ -96,8 +97,14 @@ class _Reader:
         place = f"step {number}"
         kind, values = Keys(self._file, place, entry).one_of(STEPS)
         keys = Keys(self._file, f"{place} ({kind})", values)
-        with keys.all_read():
-            return self._read(kind, keys)
+        try:
+            step = self._read(kind, keys)
+        except DriveFileError:
+            raise
+        except KinematicsError as error:
+            raise keys.error(str(error)) from error
+        keys.finish()
+        return step
 
     def _read(self, kind: str, keys: Keys) -> Step:
         if kind == "wait":

@@ -256,8 +256,8 @@ def load_settings(file: str | Path, others: ProgramSettings | None = None) -> Pr
     ignored = keys.value("ignored", sorted(plain.ignored))
     if not isinstance(ignored, list) or not all(isinstance(each, str) for each in ignored):
         raise keys.error("must be a list of commands, such as M104", "ignored")
-    with keys.all_read():
-        return ProgramSettings(
+    try:
+        settings = ProgramSettings(
             dialect,
             place("start", plain.start),
             place("home", plain.home),
@@ -269,6 +269,12 @@ def load_settings(file: str | Path, others: ProgramSettings | None = None) -> Pr
             switch("optional_stop", plain.optional_stop),
             frozenset(each.upper() for each in ignored),
         )
+    except SettingsError:
+        raise
+    except KinematicsError as error:
+        raise keys.error(str(error)) from error
+    keys.finish()
+    return settings
 
 
 def load_own_settings(file: str | Path) -> ProgramSettings:
