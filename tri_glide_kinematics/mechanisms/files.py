@@ -86,21 +86,12 @@ class _Section(Keys):
 
     error_class = MechanismFileError
 
-    def __contains__(self, key: str) -> bool:
-        return key in self._values
-
     def error(self, reason: str, key: str = "") -> FileError:
         return MechanismFileError(self._file, ".".join(filter(None, (self.place, key))), reason)
 
     def angle(self, key: str) -> float:
         """Return in [rad] what the file holds in degrees; 0 without it."""
         return math.radians(self.number(f"{key}_degrees", 0.0))
-
-    def flag(self, key: str) -> bool:
-        value = self.value(key, False)
-        if not isinstance(value, bool):
-            raise self.error(f"is {shortened(value)}, must be true or false", key)
-        return value
 
     def point(self, key: str, default: Any = None) -> Point:
         return self._point(key, self.value(key, default))
@@ -128,7 +119,7 @@ def _read_four_bar(section: _Section) -> MechanismFile:
     coupler_point = section.point("coupler_point", _ORIGIN)
     tolerance = section.number("tolerance", 1e-12)
     linkage: FourBar
-    if "crank_pin" in section:
+    if section.has("crank_pin"):
         crank_pivot, crank_pin, rocker_pin, rocker_pivot = map(section.point, _JOINTS)
         linkage = FourBar.from_joints(crank_pivot, crank_pin, rocker_pin, rocker_pivot, tolerance)
     else:
@@ -145,7 +136,7 @@ def _read_f_mechanism(section: _Section) -> MechanismFile:
     rod_lengths = section.vector("rod_lengths")
     platform = section.points("platform")
     phases = section.angle("phase_b"), section.angle("phase_c")
-    counter_rotating = section.flag("counter_rotating")
+    counter_rotating = section.switch("counter_rotating", False)
     return MechanismFile(
         FMechanism(base, crank_lengths, rod_lengths, platform, *phases, counter_rotating)
     )

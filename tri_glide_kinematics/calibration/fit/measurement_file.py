@@ -28,7 +28,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from tri_glide_kinematics import keys
 from tri_glide_kinematics.calibration.fit.numbers import (
     BASE,
     PRIOR_KINDS,
@@ -41,7 +40,7 @@ from tri_glide_kinematics.calibration.fit.numbers import (
     Touch,
 )
 from tri_glide_kinematics.files import replace_file
-from tri_glide_kinematics.keys import UNITS, FileError, Keys, load_yaml, whole_yaml
+from tri_glide_kinematics.keys import UNITS, FileError, Keys, whole_yaml
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3, three
 from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
@@ -116,12 +115,6 @@ class MeasurementFile:
     workspace: WorkspaceLimits | None = None
 
 
-class _Keys(keys.Keys):
-    """Keys whose mistakes are a ``MeasurementFileError``."""
-
-    error_class = MeasurementFileError
-
-
 def load_measurements(file: str | Path) -> MeasurementFile:
     """Read a file.
 
@@ -129,7 +122,7 @@ def load_measurements(file: str | Path) -> MeasurementFile:
         MeasurementFileError: if it cannot be read, or something in it has no meaning; the text
             names file, measurement and number.
     """
-    return _Reader(str(file), load_yaml(file, MeasurementFileError)).read()
+    return _Reader(MeasurementFileError.keys_of(file)).read()
 
 
 def measurement_text(content: MeasurementFile, unit: str = "mm") -> str:
@@ -150,10 +143,9 @@ def save_measurements(file: str | Path, content: MeasurementFile, unit: str = "m
 class _Reader:
     """Reads one file."""
 
-    def __init__(self, file: str, content: Any) -> None:
-        self._file = file
-        self._keys = _Keys(file, "", content)
-        self._unit = self._keys.unit()
+    def __init__(self, keys: Keys) -> None:
+        self._keys = keys
+        self._unit = keys.unit()
         self._plates: dict[str, Plate] = {}
 
     def read(self) -> MeasurementFile:
@@ -197,7 +189,7 @@ class _Reader:
             return read_workspace(section, self._unit)
 
     def _plate(self, name: str, values: Any) -> Plate:
-        section = _Keys(self._file, f"plate {name!r}", values)
+        section = self._keys.within(f"plate {name!r}", values)
         with section.all_read():
             height, tilt = section.value("height", 0.0), section.value("tilt", [0.0, 0.0])
             return Plate(
@@ -206,7 +198,7 @@ class _Reader:
                 None if tilt == UNKNOWN else self._pair(section, "tilt", tilt),
             )
 
-    def _touch(self, section: _Keys) -> Touch:
+    def _touch(self, section: Keys) -> Touch:
         name = section.text("plate", "bed")
         if name not in self._plates and name != "bed":
             known = ", ".join(self._plates) or "none"
@@ -217,35 +209,35 @@ class _Reader:
         plate = self._plates.get(name, Plate(name))
         return Touch(heights, plate, self._deviation(section))
 
-    def _position(self, section: _Keys) -> MeasuredPosition:
+    def _position(self, section: Keys) -> MeasuredPosition:
         heights, position = self._heights(section, "heights"), self._heights(section, "position")
         return MeasuredPosition(
             heights, position, section.text("frame", BASE), self._deviation(section)
         )
 
-    def _distance(self, section: _Keys) -> Distance:
+    def _distance(self, section: Keys) -> Distance:
         ends = self._heights(section, "from"), self._heights(section, "to")
         distance = self._unit * section.number("distance")
         return Distance(*ends, distance, self._deviation(section))
 
-    def _all(self, key: str, name: str, read: Callable[[_Keys], Made]) -> tuple[Made, ...]:
+    def _all(self, key: str, name: str, read: Callable[[Keys], Made]) -> tuple[Made, ...]:
         found = []
         for number, each in enumerate(self._keys.entries(key, []), 1):
-            section = _Keys(self._file, f"{name} {number}", each)
+            section = self._keys.within(f"{name} {number}", each)
             with section.all_read():
                 found.append(read(section))
         return tuple(found)
 
-    def _heights(self, section: _Keys, key: str) -> Vector3:
+    def _heights(self, section: Keys, key: str) -> Vector3:
         return three(self._unit * value for value in section.vector(key))
 
-    def _deviation(self, section: _Keys) -> float:
+    def _deviation(self, section: Keys) -> float:
         return self._unit * section.number("standard_deviation")
 
-    def _lengths(self, section: _Keys, key: str, values: Any, count: int) -> tuple[float, ...]:
+    def _lengths(self, section: Keys, key: str, values: Any, count: int) -> tuple[float, ...]:
         return tuple(self._unit * value for value in section.numbers(key, values, count))
 
-    def _pair(self, section: _Keys, key: str, values: Any) -> tuple[float, float]:
+    def _pair(self, section: Keys, key: str, values: Any) -> tuple[float, float]:
         first, second = section.numbers(key, values, 2)
         return first, second
 
