@@ -424,6 +424,14 @@ class WorkspaceBounds:
             ]
         return cls(tuple(shapes), tuple(travel), limits.max_condition_number)
 
+    @property
+    def level_ends(self) -> tuple[float, float]:
+        """Lower and upper end of box and cylinder; infinite without them [m]."""
+        levels = [shape for shape in self.shapes if shape.is_level]
+        lower = max((shape.bound for shape in levels if shape.side < 0.0), default=-inf)
+        upper = min((shape.bound for shape in levels if shape.side > 0.0), default=inf)
+        return lower, upper
+
     def widened_to(self, position: Vector3, condition: float) -> WorkspaceBounds:
         """Return the same bounds, those that exclude a place moved to where it is."""
         return WorkspaceBounds(

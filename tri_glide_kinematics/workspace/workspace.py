@@ -426,17 +426,13 @@ def _middle(workspace: Workspace) -> Interruptible[Vector3 | None]:
     limits, geometry = workspace.limits, workspace.machine.geometry
     lower, upper, cylinder = limits.box_lower, limits.box_upper, limits.cylinder
     axes = [np.mean(geometry.anchors, axis=0).tolist()]
-    lowest = min(limits.lower_heights) - max(geometry.arm_lengths)
-    highest = max(limits.upper_heights)
+    bottom, top = workspace.bounds.level_ends
+    lowest = max(min(limits.lower_heights) - max(geometry.arm_lengths), bottom)
+    highest = min(max(limits.upper_heights), top)
     if lower and upper:
         axes.insert(0, np.mean((lower[:2], upper[:2]), axis=0).tolist())
     if cylinder:
         axes.insert(0, [cylinder.center_x, cylinder.center_y])
-        lowest, highest = max(lowest, cylinder.z_min), min(highest, cylinder.z_max)
-    if lower:
-        lowest = max(lowest, lower[2])
-    if upper:
-        highest = min(highest, upper[2])
     for x, y in axes:
         inside = []
         for z in np.linspace(lowest, highest, PLACES).tolist():
