@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import count
 from pathlib import Path
 
@@ -102,6 +102,21 @@ def file_in(folder: Path, name: str) -> Path:
     if folder not in file.parents:
         raise OutsideFolderError(name, folder)
     return file
+
+
+def parameter_file(head: Iterable[str], node: str, rows: Iterable[tuple[str, object, str]]) -> str:
+    """Return a parameter file of ROS, its last line ended.
+
+    It has one section, in braces: so a file that is cut off is refused.
+
+    Args:
+        head: its first lines, as comments without their sign.
+        node: whose parameters they are; ``/**`` for those of all nodes.
+        rows: name of each parameter, its value as YAML has it, and its unit or a remark.
+    """
+    lines = [f"  {name}: {value},{f' # {remark}' * bool(remark)}" for name, value, remark in rows]
+    section = f"{node}: {{ros__parameters: {{"
+    return "\n".join((*(f"# {line}" for line in head), section, *lines, "}}\n"))
 
 
 def write_file(file: str | Path, content: str | bytes) -> None:

@@ -58,21 +58,28 @@ def test_a_path_is_proved_as_far_as_the_samples_go():
     acceleration = float(np.linalg.norm(np.abs(plan.sample(np.linspace(0.0, 1.0, 999))[3]).max(0)))
     arguments = plan.at, plan.duration, acceleration
     WORKSPACE.check_path(*arguments)
-    assert WORKSPACE.path_proof(*arguments, 400).result()
-    assert not WORKSPACE.path_proof(*arguments, 2).result()
+    assert at_once(WORKSPACE.path_proof(*arguments, 400))
+    assert not at_once(WORKSPACE.path_proof(*arguments, 2))
     # A path that leaves the workspace is not proved, however many samples there are.
     narrow = Workspace(
         MACHINE, replace(DEFAULT_LIMITS, box_lower=(-1.0,) * 3, box_upper=(0.15, 1.0, 1.0))
     )
-    assert not narrow.path_proof(*arguments, 4000).result()
+    assert not at_once(narrow.path_proof(*arguments, 4000))
 
 
-def test_what_is_traced_in_pieces_is_what_is_traced_at_once():
-    start, direction = MACHINE.forward((0.6, 0.6, 0.6)), (1.0, 0.3, 0.2)
-    searched = WORKSPACE.exit_search(start, direction, 1.0)
-    pieces = 1
-    while not searched.go_on(3):
-        pieces += 1
-    assert pieces > 3
-    assert searched.result() == WORKSPACE.exit_distance(start, direction, 1.0)
-    assert searched.then(lambda distance: 2.0 * distance).result() == 2.0 * searched.result()
+def test_what_is_traced_in_pieces_looks_at_no_more_than_it_may_between_two_breaks():
+    start = SliderState(HOME, AT_REST, AT_REST)
+    plan = at_once(SliderMotion().move(start, MACHINE.inverse((0.16, 0.0, 0.3)), LIMITS))
+    looks, between = 0, []
+
+    def state(time):
+        nonlocal looks
+        looks += 1
+        return plan.at(time)
+
+    for _ in WORKSPACE.path_proof(state, plan.duration, 9.0, 400, in_piece=3):
+        between.append(looks)
+    # Both ends of the path are looked at besides.
+    assert between[0] == 5
+    assert set(np.diff(between)) == {3}
+    assert len(between) > 3

@@ -5,18 +5,16 @@ import math
 import numpy as np
 import pytest
 
+from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.workspace import TOLERANCE
-from tri_glide_kinematics.workspace.tracing import Sample, Surroundings, Tracing
+from tri_glide_kinematics.workspace.tracing import Sample, Surroundings, traced
 
 EVERYWHERE = Surroundings(math.inf, 1.0, 0.0)
 END = 1.0
 
 
 def is_accepted(probe, acceleration):
-    tracing = Tracing(probe, END, acceleration)
-    while not tracing.go_on(7):
-        pass
-    return tracing.outside is None
+    return at_once(traced(probe, END, acceleration, in_piece=7)) is None
 
 
 @pytest.mark.parametrize("bounded", ["slack", "travel"])

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import FileError, Keys, load_yaml, shortened
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
@@ -78,12 +77,8 @@ def load_mechanism(path: str | Path) -> MechanismFile:
             str(path), str(kind), f"is no kind of mechanism: must be one of {kinds}"
         )
     section = _Section(str(path), kind, values)
-    try:
+    with section.all_read():
         return _READERS[kind](section)
-    except MechanismFileError:
-        raise
-    except KinematicsError as error:
-        raise section.error(str(error)) from error
 
 
 class _Section(Keys):
@@ -91,21 +86,12 @@ class _Section(Keys):
 
     error_class = MechanismFileError
 
-    def __contains__(self, key: str) -> bool:
-        return key in self._values
-
     def error(self, reason: str, key: str = "") -> FileError:
         return MechanismFileError(self._file, ".".join(filter(None, (self.place, key))), reason)
 
     def angle(self, key: str) -> float:
         """Return in [rad] what the file holds in degrees; 0 without it."""
         return math.radians(self.number(f"{key}_degrees", 0.0))
-
-    def flag(self, key: str) -> bool:
-        value = self.value(key, False)
-        if not isinstance(value, bool):
-            raise self.error(f"is {shortened(value)}, must be true or false", key)
-        return value
 
     def point(self, key: str, default: Any = None) -> Point:
         return self._point(key, self.value(key, default))
@@ -133,15 +119,13 @@ def _read_four_bar(section: _Section) -> MechanismFile:
     coupler_point = section.point("coupler_point", _ORIGIN)
     tolerance = section.number("tolerance", 1e-12)
     linkage: FourBar
-    if "crank_pin" in section:
+    if section.has("crank_pin"):
         crank_pivot, crank_pin, rocker_pin, rocker_pivot = map(section.point, _JOINTS)
-        section.finish()
         linkage = FourBar.from_joints(crank_pivot, crank_pin, rocker_pin, rocker_pivot, tolerance)
     else:
         crank, coupler, rocker, ground = map(section.number, _LINKS)
         crank_pivot = section.point("crank_pivot", _ORIGIN)
         ground_angle = section.angle("ground_angle")
-        section.finish()
         linkage = FourBar(crank, coupler, rocker, ground, crank_pivot, ground_angle, tolerance)
     return MechanismFile(linkage, coupler_point)
 
@@ -152,8 +136,7 @@ def _read_f_mechanism(section: _Section) -> MechanismFile:
     rod_lengths = section.vector("rod_lengths")
     platform = section.points("platform")
     phases = section.angle("phase_b"), section.angle("phase_c")
-    counter_rotating = section.flag("counter_rotating")
-    section.finish()
+    counter_rotating = section.switch("counter_rotating", False)
     return MechanismFile(
         FMechanism(base, crank_lengths, rod_lengths, platform, *phases, counter_rotating)
     )
@@ -163,7 +146,6 @@ def _read_landing_gear(section: _Section) -> MechanismFile:
     numbers = {key: section.number(key) for key in _GEAR_NUMBERS}
     inertia = section.matrix("gear_inertia")
     gravity = section.vector("gravity", [0.0, 0.0, -9.80665])
-    section.finish()
     return MechanismFile(LandingGear(gear_inertia=inertia, gravity=gravity, **numbers))
 
 

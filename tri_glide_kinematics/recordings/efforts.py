@@ -23,7 +23,7 @@ from tri_glide_kinematics.dynamics import (
     identify,
 )
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.files import replace_file
+from tri_glide_kinematics.files import parameter_file, replace_file
 from tri_glide_kinematics.recordings.setpoint_files import Recording, RecordingError
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -169,35 +169,25 @@ def masses_report(found: Identified) -> str:
     return "\n".join(lines)
 
 
-TEXT = """# Masses of one machine, by its efforts. ik_node takes them after its other file:
-# --params-file tri_glide.yaml --params-file {name}
-# The platform is that with all that it carried.
-ik_node: {{ros__parameters: {{
-  carriage_masses: {carriages}, # kg
-  platform_mass: {platform}, # kg
-  payload: 0.0, # kg
-  arm_masses: {arms}, # kg
-  counterweight_masses: {counterweights}, # kg
-  coulomb_friction: {coulomb}, # N
-  viscous_friction: {viscous} # N s/m
-}}}}
-"""
-
-
 def save_masses(file: Path, masses: Masses) -> None:
     """Write a parameter file of ``ik_node``; an older one becomes ``NAME.bak``.
 
     Raises:
         RecordingError: if it cannot be written, or a file is there that was not written so.
     """
-    text = TEXT.format(
-        name=file.name,
-        carriages=list_text(masses.carriages, 6),
-        platform=f"{masses.platform:.6f}",
-        arms=list_text((arm.mass for arm in masses.arms), 6),
-        counterweights=list_text(masses.counterweights, 6),
-        coulomb=list_text(masses.coulomb, 6),
-        viscous=list_text(masses.viscous, 6),
+    head = (
+        "Masses of one machine, by its efforts. ik_node takes them after its other file:",
+        f"--params-file tri_glide.yaml --params-file {file.name}",
+        "The platform is that with all that it carried.",
+    )
+    rows = (
+        ("carriage_masses", list_text(masses.carriages, 6), "kg"),
+        ("platform_mass", f"{masses.platform:.6f}", "kg"),
+        ("payload", 0.0, "kg"),
+        ("arm_masses", list_text((arm.mass for arm in masses.arms), 6), "kg"),
+        ("counterweight_masses", list_text(masses.counterweights, 6), "kg"),
+        ("coulomb_friction", list_text(masses.coulomb, 6), "N"),
+        ("viscous_friction", list_text(masses.viscous, 6), "N s/m"),
     )
     with RecordingError.of_writing(file):
-        replace_file(file, text)
+        replace_file(file, parameter_file(head, "ik_node", rows))

@@ -98,17 +98,9 @@ def level_room(workspace: Workspace, center: tuple[float, float]) -> float:
     )
 
 
-def given_ends(workspace: Workspace) -> tuple[float, float]:
-    """Return the lower and the upper end of box and cylinder; infinite without them [m]."""
-    levels = [shape for shape in workspace.bounds.shapes if shape.is_level]
-    lower = max((shape.bound for shape in levels if shape.side < 0.0), default=-math.inf)
-    upper = min((shape.bound for shape in levels if shape.side > 0.0), default=math.inf)
-    return lower, upper
-
-
 def _ends(workspace: Workspace, radius: float, center: tuple[float, float]) -> tuple[float, float]:
     """Return between which heights travel, box and cylinder let a whole disc be [m]."""
-    lower, upper = given_ends(workspace)
+    lower, upper = workspace.bounds.level_ends
     limits = workspace.limits
     geometry = workspace.machine.geometry
     for (x, y), length, low, high in zip(
@@ -166,7 +158,7 @@ def height_ranges(workspace: Workspace, places: FloatArray) -> FloatArray:
 
 def ends_over(workspace: Workspace, cells: Cells) -> tuple[FloatArray, FloatArray]:
     """Return between which heights travel, box and cylinder let the platform be. (n,) each [m]."""
-    limits, (lower, upper) = workspace.limits, given_ends(workspace)
+    limits, (lower, upper) = workspace.limits, workspace.bounds.level_ends
     low = (np.array(limits.lower_heights)[:, np.newaxis] - cells.rises).max(axis=0)
     high = (np.array(limits.upper_heights)[:, np.newaxis] - cells.rises).min(axis=0)
     return np.maximum(low, lower), np.minimum(high, upper)

@@ -29,6 +29,7 @@ from tri_glide_kinematics.tri_glide import (
     TriGlideGeometry,
     extreme_singular_values_batch,
     jacobian_rows,
+    least_rises,
 )
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -110,8 +111,7 @@ class Cells:
         """
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             distances, rise, rows = jacobian_rows(across, lengths)
-            farthest = distances + radius
-            least = np.sqrt((lengths - farthest) * (lengths + farthest))
+            least = least_rises(lengths, distances, radius)
             bends = lengths**2 / least**3
             largest, smallest = extreme_singular_values_batch(rows)
             following, preceding = rows[[1, 2, 0]], rows[[2, 0, 1]]
@@ -143,8 +143,7 @@ class Cells:
         level = np.asarray(places, dtype=np.float64)[:, :2]
         across = np.asarray(geometry.anchors)[:, :, np.newaxis] - level.T
         cells = cls.around(across, np.array(geometry.arm_lengths)[:, np.newaxis], radius)
-        if geometry.doubled_area < 0.0:
-            np.negative(cells.smallest, out=cells.smallest)
+        np.multiply(cells.smallest, geometry.handedness, out=cells.smallest)
         return cells
 
     @property

@@ -7,7 +7,7 @@ and the length L of its arms. All else follows in closed form, or from the Jacob
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -24,11 +24,12 @@ from tri_glide_kinematics.sizing.wish import (
     Wish,
     distances,
     heights_of,
+    level_box,
 )
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
-from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
+from tri_glide_kinematics.workspace import WorkspaceLimits
 
 DEMANDS = tuple(Demand)
 
@@ -302,22 +303,15 @@ class Sizing:
         lower, upper = self.travel
         volume = self.wish.volume
         reach = self.arm_length - float(self.span.farthest[0])
-        lower_corner: Vector3 | None = None
-        upper_corner: Vector3 | None = None
-        cylinder: Cylinder | None = None
-        if isinstance(volume, Box):
-            lower_corner, upper_corner = volume.lower, volume.upper
-        else:
-            cylinder = volume
-        return WorkspaceLimits(
+        limits = WorkspaceLimits(
             (lower,) * 3,
             (upper,) * 3,
             min(PART_OF_REACH * reach, LARGEST_REACH_MARGIN),
             self.condition_number * (1.0 + ABOVE_PROVED),
-            lower_corner,
-            upper_corner,
-            cylinder,
         )
+        if isinstance(volume, Box):
+            return replace(limits, box_lower=volume.lower, box_upper=volume.upper)
+        return replace(limits, cylinder=volume)
 
 
 def sizing_of(
@@ -364,51 +358,33 @@ def parameter_text(sizing: Sizing) -> str:
     Args:
         sizing: the machine.
     """
-    limits, bounds = sizing.slider_limits(), sizing.workspace_limits()
-    volume = sizing.wish.volume
-    if isinstance(volume, Box):
-        middle = tuple(0.5 * (low + high) for low, high in zip(volume.lower, volume.upper))
-        space = [
-            ("space", "box"),
-            ("box_lower", _list(volume.lower)),
-            ("box_upper", _list(volume.upper)),
-        ]
-    else:
-        middle = (volume.center_x, volume.center_y, 0.5 * (volume.z_min + volume.z_max))
-        space = [
-            ("space", "cylinder"),
-            ("cylinder_center", _list((volume.center_x, volume.center_y))),
-            ("cylinder_radius", _number(volume.radius)),
-            ("cylinder_z", _list((volume.z_min, volume.z_max))),
-        ]
-    lines = [
-        ("geometry", "symmetric"),
-        ("base_radius", _number(sizing.base_radius)),
-        ("platform_radius", _number(sizing.platform_radius)),
-        ("arm_length", _number(sizing.arm_length)),
-        ("orientation", _number(sizing.wish.orientation)),
-        ("lower_heights", _list(bounds.lower_heights)),
-        ("upper_heights", _list(bounds.upper_heights)),
-        ("velocity_limits", _list(limits.velocity)),
-        ("acceleration_limits", _list(limits.acceleration)),
-        ("jerk_limits", _list(limits.jerk)),
-        ("reach_margin", _number(bounds.reach_margin)),
-        ("max_condition_number", _number(bounds.max_condition_number)),
-        *space,
-        ("initial_heights", _list(sizing.machine.inverse(middle))),
-        ("encoder_resolution", _number(sizing.wish.drive_resolution)),
-    ]
+    limits, volume = sizing.slider_limits(), sizing.wish.volume
+    (low, high), level = heights_of(volume), np.mean(level_box(volume), axis=0)
+    values: dict[str, str | float | tuple[float, ...]] = {
+        "geometry": "symmetric",
+        "base_radius": sizing.base_radius,
+        "platform_radius": sizing.platform_radius,
+        "arm_length": sizing.arm_length,
+        "orientation": sizing.wish.orientation,
+        "velocity_limits": limits.velocity,
+        "acceleration_limits": limits.acceleration,
+        "jerk_limits": limits.jerk,
+        "space": "box" if isinstance(volume, Box) else "cylinder",
+        **sizing.workspace_limits().by_name(),
+        "initial_heights": sizing.machine.inverse((*level, 0.5 * (low + high))),
+        "encoder_resolution": sizing.wish.drive_resolution,
+    }
     head = [FIRST_LINE, "", "/**:", "  ros__parameters:"]
-    return "\n".join([*head, *(f"    {name}: {text}" for name, text in lines), ""])
+    return "\n".join([*head, *(f"    {name}: {_text(each)}" for name, each in values.items()), ""])
 
 
-def _number(value: float) -> str:
-    """Return a number as YAML takes it for one with decimals."""
+def _text(value: str | float | tuple[float, ...]) -> str:
+    """Return a value as YAML takes it; each number for one with decimals."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_text, value))}]"
     text = number_text(value, 12, 0.0)
     if "." in text:
         return text
     return text.replace("e", ".0e") if "e" in text else f"{text}.0"
-
-
-def _list(values: tuple[float, ...]) -> str:
-    return f"[{', '.join(map(_number, values))}]"

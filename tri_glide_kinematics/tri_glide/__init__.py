@@ -13,6 +13,7 @@ if TYPE_CHECKING:
         extreme_singular_values_batch as extreme_singular_values_batch,
     )
     from tri_glide_kinematics.tri_glide.conditioning import jacobian_rows as jacobian_rows
+    from tri_glide_kinematics.tri_glide.conditioning import least_rises as least_rises
     from tri_glide_kinematics.tri_glide.geometry import DEFAULT_GEOMETRY as DEFAULT_GEOMETRY
     from tri_glide_kinematics.tri_glide.geometry import ArmsNeverMeetError as ArmsNeverMeetError
     from tri_glide_kinematics.tri_glide.geometry import (

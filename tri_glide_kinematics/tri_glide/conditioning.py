@@ -66,6 +66,20 @@ def extreme_singular_values_batch(
     return largest[:count], determinant / largest[count:]
 
 
+def least_rises(
+    lengths: FloatArray, distances: FloatArray, radius: float | FloatArray
+) -> FloatArray:
+    """Return the least rise of each arm around places; NaN where it does not reach.
+
+    Args:
+        lengths: of the arms. Shape (3, 1) or (3, n) [m].
+        distances: horizontal length of each arm at the places. Shape (3, n) [m].
+        radius: of what is around, one for all places or one for each [m].
+    """
+    farthest = distances + radius
+    return np.asarray(np.sqrt((lengths - farthest) * (lengths + farthest)))
+
+
 def jacobian_rows(
     across: FloatArray, lengths: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -80,7 +94,7 @@ def jacobian_rows(
         (3, 3, n).
     """
     distances = np.hypot(across[:, 0], across[:, 1])
-    rises = np.sqrt((lengths - distances) * (lengths + distances))
+    rises = least_rises(lengths, distances, 0.0)
     rows = np.ones((3, 3, across.shape[2]))
     np.divide(across, rises[:, np.newaxis], out=rows[:, :2])
     return distances, rises, rows

@@ -165,6 +165,11 @@ class TriGlideGeometry:
         (x1, y1), (x2, y2), (x3, y3) = self.anchors
         return (x2 - x1) * (y3 - y1) - (y2 - y1) * (x3 - x1)
 
+    @property
+    def handedness(self) -> float:
+        """1 if the anchors stand counter-clockwise, else -1: the sign of the Jacobian."""
+        return math.copysign(1.0, self.doubled_area)
+
     def has_single_assembly_mode(self) -> bool:
         r"""Return whether a pose within reach of all arms is always below the carriages' plane.
 

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.workspace.limits import overruns as overruns
     from tri_glide_kinematics.workspace.limits import places_inside as places_inside
     from tri_glide_kinematics.workspace.limits import slacks as slacks
+    from tri_glide_kinematics.workspace.tracing import SAMPLES_IN_PIECE as SAMPLES_IN_PIECE
     from tri_glide_kinematics.workspace.tracing import TOLERANCE as TOLERANCE
     from tri_glide_kinematics.workspace.tracing import ConditionField as ConditionField
     from tri_glide_kinematics.workspace.tracing import SliderMotionState as SliderMotionState
-    from tri_glide_kinematics.workspace.tracing import Traced as Traced
     from tri_glide_kinematics.workspace.workspace import Workspace as Workspace
     from tri_glide_kinematics.workspace.workspace import edge_rings as edge_rings
     from tri_glide_kinematics.workspace.workspace import outline as outline

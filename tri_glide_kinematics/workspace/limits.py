@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from enum import Enum
 from math import hypot, inf, sqrt
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -180,6 +180,16 @@ class WorkspaceLimits:
         if condition <= 1.0:
             raise OutOfBoundsError("max_condition_number", condition, "greater than 1")
         object.__setattr__(self, "max_condition_number", condition)
+
+    def by_name(self) -> dict[str, Any]:
+        """Return all that bounds, by the names of parameters: numbers, and tuples of numbers."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        cylinder: Cylinder | None = values.pop("cylinder")
+        if cylinder is not None:
+            values["cylinder_center"] = cylinder.center_x, cylinder.center_y
+            values["cylinder_radius"] = cylinder.radius
+            values["cylinder_z"] = cylinder.z_min, cylinder.z_max
+        return {name: value for name, value in values.items() if value is not None}
 
 
 def _check_corners(
@@ -413,6 +423,14 @@ class WorkspaceBounds:
                 for arm, (x, y), length in arms
             ]
         return cls(tuple(shapes), tuple(travel), limits.max_condition_number)
+
+    @property
+    def level_ends(self) -> tuple[float, float]:
+        """Lower and upper end of box and cylinder; infinite without them [m]."""
+        levels = [shape for shape in self.shapes if shape.is_level]
+        lower = max((shape.bound for shape in levels if shape.side < 0.0), default=-inf)
+        upper = min((shape.bound for shape in levels if shape.side > 0.0), default=inf)
+        return lower, upper
 
     def widened_to(self, position: Vector3, condition: float) -> WorkspaceBounds:
         """Return the same bounds, those that exclude a place moved to where it is."""

@@ -24,7 +24,7 @@ import numpy as np
 
 from tri_glide_kinematics.checks import finite_vector, non_negative, positive
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.interruptible import Interruptible
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.wording import number_text
@@ -37,15 +37,14 @@ from tri_glide_kinematics.workspace.limits import (
     WorkspaceLimits,
 )
 from tri_glide_kinematics.workspace.tracing import (
-    MAX_SAMPLES,
+    SAMPLES_IN_PIECE,
     TOLERANCE,
     ConditionField,
     MovingSliders,
     Sample,
     Surroundings,
-    Traced,
-    Tracing,
     path_probe,
+    traced,
 )
 
 
@@ -162,7 +161,7 @@ class Workspace:
         Raises:
             KinematicsError: see the class; about the first place of the line that is outside.
         """
-        self.segment_check(start, end).result()
+        at_once(self.segment_check(start, end))
 
     def exit_distance(
         self, start: Iterable[float], direction: Iterable[float], maximum: float
@@ -183,7 +182,7 @@ class Workspace:
             WrongShapeError: if a vector has not three numbers.
             OutOfBoundsError: if ``direction`` is zero or ``maximum`` negative.
         """
-        return self.exit_search(start, direction, maximum).result()
+        return at_once(self.exit_search(start, direction, maximum))
 
     def check_path(
         self,
@@ -202,16 +201,16 @@ class Workspace:
         Raises:
             KinematicsError: see the class; about the first place of the path that is outside.
         """
-        self.path_check(state, duration, acceleration_bound).result()
+        at_once(self.path_check(state, duration, acceleration_bound))
 
-    def segment_check(self, start: Iterable[float], end: Iterable[float]) -> Traced[None]:
-        """Return what ``check_segment`` checks, to be traced in pieces."""
+    def segment_check(self, start: Iterable[float], end: Iterable[float]) -> Interruptible[None]:
+        """Do what ``check_segment`` does, interruptibly."""
         first, last = _vector("start", start), _vector("end", end)
         self.check_position(first)
-        return self.way_check(first, last)
+        yield from self.way_check(first, last)
 
-    def way_check(self, first: Vector3, last: Vector3) -> Traced[None]:
-        """Return the same for a line from a place that is known to be inside.
+    def way_check(self, first: Vector3, last: Vector3) -> Interruptible[None]:
+        """Do the same for a line from a place that is known to be inside.
 
         Args:
             first: inside. Shape (3,) [m].
@@ -219,27 +218,24 @@ class Workspace:
         """
         length = dist(first, last)
         if length == 0.0:
-            return Traced(None, lambda _: None)
+            return
         direction = (
             (last[0] - first[0]) / length,
             (last[1] - first[1]) / length,
             (last[2] - first[2]) / length,
         )
         bound, leaves = self.bounds.first_exit(first, direction)
-
-        def check(outside: tuple[float, float] | None) -> None:
-            if outside:
-                self._refuse(_along(first, direction, outside[1]))
-            if leaves.distance < length:
-                worst = bound.value(_along(first, direction, min(length, leaves.worst)))
-                raise bound.error(_along(first, direction, leaves.distance), worst)
-
-        return Traced(self._line_tracing(first, direction, min(length, leaves.distance)), check)
+        outside = yield from self._line_traced(first, direction, min(length, leaves.distance))
+        if outside:
+            self._refuse(_along(first, direction, outside[1]))
+        if leaves.distance < length:
+            worst = bound.value(_along(first, direction, min(length, leaves.worst)))
+            raise bound.error(_along(first, direction, leaves.distance), worst)
 
     def exit_search(
         self, start: Iterable[float], direction: Iterable[float], maximum: float
-    ) -> Traced[float]:
-        """Return what ``exit_distance`` searches, to be traced in pieces."""
+    ) -> Interruptible[float]:
+        """Return what ``exit_distance`` does, interruptibly."""
         first = _vector("start", start)
         way = _vector("direction", direction)
         length = non_negative("maximum", maximum, "m")
@@ -248,40 +244,35 @@ class Workspace:
         try:
             self.check_position(first)
         except KinematicsError:
-            return Traced(None, lambda _: 0.0)
+            return 0.0
         length = min(length, self.bounds.first_exit(first, unit)[1].distance)
-
-        def distance(outside: tuple[float, float] | None) -> float:
-            if outside is None:
-                return length
-            inside, edge = outside
-            # The tracing is as fine as its tolerance across, for which a steep line goes far. Where
-            # it gave up, more is left, of which nothing is known.
-            if (edge - inside) * hypot(unit[0], unit[1]) <= TOLERANCE:
-                while edge - inside > TOLERANCE:
-                    middle = 0.5 * (inside + edge)
-                    x, y, _ = _along(first, unit, middle)
-                    if self._field.around(x, y) is None:
-                        edge = middle
-                    else:
-                        inside = middle
-            return inside
-
-        return Traced(self._line_tracing(first, unit, length), distance)
+        outside = yield from self._line_traced(first, unit, length)
+        if outside is None:
+            return length
+        inside, edge = outside
+        # The tracing is as fine as its tolerance across, for which a steep line goes far. Where
+        # it gave up, more is left, of which nothing is known.
+        if (edge - inside) * hypot(unit[0], unit[1]) <= TOLERANCE:
+            while edge - inside > TOLERANCE:
+                middle = 0.5 * (inside + edge)
+                x, y, _ = _along(first, unit, middle)
+                if self._field.around(x, y) is None:
+                    edge = middle
+                else:
+                    inside = middle
+        return inside
 
     def path_check(
         self,
         state: Callable[[float], MovingSliders],
         duration: float,
         acceleration_bound: float,
-    ) -> Traced[None]:
-        """Return what ``check_path`` checks, to be traced in pieces."""
-
-        def check(outside: tuple[float, float] | None) -> None:
-            if outside:
-                self._refuse(self.check_heights(state(outside[1]).heights))
-
-        return Traced(self._path_tracing(state, duration, acceleration_bound), check)
+    ) -> Interruptible[None]:
+        """Do what ``check_path`` does, interruptibly."""
+        probe = path_probe(self.machine.forward, self.bounds, self._field, state)
+        outside = yield from traced(probe, duration, acceleration_bound)
+        if outside:
+            self._refuse(self.check_heights(state(outside[1]).heights))
 
     def path_proof(
         self,
@@ -289,10 +280,14 @@ class Workspace:
         duration: float,
         acceleration_bound: float,
         samples: int,
-    ) -> Traced[bool]:
-        """Return what tells whether ``check_path`` accepts a motion with so few ``samples``."""
-        tracing = self._path_tracing(state, duration, acceleration_bound, samples)
-        return Traced(tracing, lambda outside: outside is None)
+        in_piece: int = SAMPLES_IN_PIECE,
+    ) -> Interruptible[bool]:
+        """Return whether ``check_path`` accepts a motion with so few ``samples``, interruptibly.
+
+        Between two breaks ``in_piece`` of them are looked at.
+        """
+        probe = path_probe(self.machine.forward, self.bounds, self._field, state)
+        return (yield from traced(probe, duration, acceleration_bound, samples, in_piece)) is None
 
     def free_way(self, heights: Vector3) -> float:
         """Return how far the sliders may go from some heights, on any path, and stay inside.
@@ -314,19 +309,10 @@ class Workspace:
             return -inf
         return max(min(around.radius, slack), 0.0) * around.singular_value
 
-    def _path_tracing(
-        self,
-        state: Callable[[float], MovingSliders],
-        duration: float,
-        acceleration_bound: float,
-        samples: int = MAX_SAMPLES,
-    ) -> Tracing:
-        """Return the tracing of a motion of the sliders."""
-        probe = path_probe(self.machine.forward, self.bounds, self._field, state)
-        return Tracing(probe, duration, acceleration_bound, samples)
-
-    def _line_tracing(self, start: Vector3, direction: Vector3, length: float) -> Tracing:
-        """Return the tracing of a line of the platform, for the condition number alone."""
+    def _line_traced(
+        self, start: Vector3, direction: Vector3, length: float
+    ) -> Interruptible[tuple[float, float] | None]:
+        """Return where a line of the platform breaks the condition number, as ``traced`` does."""
         speed = hypot(direction[0], direction[1])
 
         def probe(distance: float) -> Sample:
@@ -337,7 +323,7 @@ class Workspace:
             # The platform itself moves along the line, so no gain lies between.
             return Sample(distance, True, Surroundings(around.radius, 1.0, around.slope), speed)
 
-        return Tracing(probe, length, 0.0)
+        return traced(probe, length, 0.0)
 
     def _check_condition(self, position: Vector3) -> None:
         """Raise an error if the condition number is too large."""
@@ -440,17 +426,13 @@ def _middle(workspace: Workspace) -> Interruptible[Vector3 | None]:
     limits, geometry = workspace.limits, workspace.machine.geometry
     lower, upper, cylinder = limits.box_lower, limits.box_upper, limits.cylinder
     axes = [np.mean(geometry.anchors, axis=0).tolist()]
-    lowest = min(limits.lower_heights) - max(geometry.arm_lengths)
-    highest = max(limits.upper_heights)
+    bottom, top = workspace.bounds.level_ends
+    lowest = max(min(limits.lower_heights) - max(geometry.arm_lengths), bottom)
+    highest = min(max(limits.upper_heights), top)
     if lower and upper:
         axes.insert(0, np.mean((lower[:2], upper[:2]), axis=0).tolist())
     if cylinder:
         axes.insert(0, [cylinder.center_x, cylinder.center_y])
-        lowest, highest = max(lowest, cylinder.z_min), min(highest, cylinder.z_max)
-    if lower:
-        lowest = max(lowest, lower[2])
-    if upper:
-        highest = min(highest, upper[2])
     for x, y in axes:
         inside = []
         for z in np.linspace(lowest, highest, PLACES).tolist():

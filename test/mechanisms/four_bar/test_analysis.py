@@ -24,11 +24,6 @@ def turns_fully(angles):
 @pytest.mark.parametrize(
     ("lengths", "expected"),
     [
-        ((2.0, 7.0, 9.0, 6.0), GrashofClass.CRANK_ROCKER),
-        ((7.0, 9.0, 2.0, 6.0), GrashofClass.ROCKER_CRANK),
-        ((7.0, 6.0, 8.0, 2.0), GrashofClass.DOUBLE_CRANK),
-        ((6.0, 2.0, 7.0, 8.0), GrashofClass.DOUBLE_ROCKER),
-        ((6.0, 4.0, 5.0, 8.0), GrashofClass.TRIPLE_ROCKER),
         ((2.0, 5.0, 2.0, 5.0), GrashofClass.PARALLELOGRAM),
         ((5.0, 2.0, 5.0, 2.0), GrashofClass.PARALLELOGRAM),
         ((2.0, 2.0, 5.0, 5.0), GrashofClass.KITE),
@@ -40,7 +35,7 @@ def turns_fully(angles):
         ((0.1, 0.3, 0.1, 0.1 + 0.2), GrashofClass.PARALLELOGRAM),
     ],
 )
-def test_grashof_class(lengths, expected):
+def test_grashof_class_of_change_points(lengths, expected):
     assert FourBar(*lengths).grashof_class is expected
     assert FourBar(*(0.37 * length for length in lengths)).grashof_class is expected
 

@@ -21,7 +21,7 @@ from motion_machine import (
 from numpy.polynomial import Polynomial
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import at_once
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion import (
     MotionKind,
     MotionPhase,
@@ -41,7 +41,7 @@ from tri_glide_kinematics.motion.trajectory import (
     Trajectory,
     curve_bounds,
 )
-from tri_glide_kinematics.workspace import OutsideWorkspaceError, Traced, Workspace, WorkspaceLimits
+from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace, WorkspaceLimits
 
 
 def nothing(*_arguments, **_options) -> None:
@@ -116,7 +116,7 @@ def test_travel_is_checked_as_ruckig_does_not_enforce_it(monkeypatch):
 
     with pytest.raises(KinematicsError):
         highest()
-    monkeypatch.setattr(Workspace, "path_check", lambda *_: Traced(None, nothing))
+    monkeypatch.setattr(Workspace, "path_check", lambda *_: iter(()))
     with pytest.raises(KinematicsError):
         highest()
     ignored(monkeypatch, Trajectory, "check_travel")
@@ -146,7 +146,7 @@ def bending_move() -> float:
 
 def test_path_of_slider_moves_is_checked(monkeypatch):
     assert bending_move() == -math.inf
-    monkeypatch.setattr(Workspace, "path_check", lambda *_: Traced(None, nothing))
+    monkeypatch.setattr(Workspace, "path_check", lambda *_: iter(()))
     assert bending_move() > 5e-3
 
 
@@ -164,7 +164,7 @@ def blocked_line() -> float:
 
 def test_line_of_linear_moves_is_checked(monkeypatch):
     assert blocked_line() == -math.inf
-    monkeypatch.setattr(Workspace, "way_check", lambda *_: Traced(None, nothing))
+    monkeypatch.setattr(Workspace, "way_check", lambda *_: iter(()))
     assert blocked_line() > 1e-4
 
 
@@ -182,8 +182,8 @@ def test_jog_ends_at_the_edge(monkeypatch):
     assert jog_outwards() <= 1e-9
     to_the_edge = Workspace.exit_search
 
-    def beyond_the_edge(*arguments) -> Traced[float]:
-        return to_the_edge(*arguments).then(lambda distance: distance + 2e-3)
+    def beyond_the_edge(*arguments) -> Interruptible[float]:
+        return (yield from to_the_edge(*arguments)) + 2e-3
 
     monkeypatch.setattr(Workspace, "exit_search", beyond_the_edge)
     assert jog_outwards() > 1e-3
@@ -258,7 +258,7 @@ def turns_at_the_side_of_the_box() -> float:
 def test_blends_are_checked_for_the_workspace(monkeypatch):
     """Beside its line, too, the platform has to be inside."""
     assert turns_at_the_side_of_the_box() <= 5e-5
-    monkeypatch.setattr(LinePlan, "checks_inside", lambda *_: ())
+    monkeypatch.setattr(LinePlan, "checking_inside", lambda *_: iter(()))
     assert turns_at_the_side_of_the_box() > 1e-3
 
 

@@ -57,7 +57,7 @@ def test_what_is_driven_is_checked_for_the_workspace(monkeypatch):
     def outside(*_):
         raise SliderTravelError(0, 0.91, 0.9)
 
-    monkeypatch.setattr(ShapedTrajectory, "checks_inside", outside)
+    monkeypatch.setattr(ShapedTrajectory, "checking_inside", outside)
     moving = shaped()
     with pytest.raises(SliderTravelError):
         moving.move_to(TARGET)

@@ -291,11 +291,11 @@ def test_target_too_near_to_stop_at_is_refused():
 
 def test_line_to_the_edge_ends_short_of_the_edge_and_needs_room():
     builder = LineToEdge(WORKSPACE, (1.0, 0.0, 0.0), 0.1)
-    line = builder.limited(builder.line((0.0, 0.0, 0.3))).result()
+    line = at_once(builder.limited(builder.line((0.0, 0.0, 0.3))))
     WORKSPACE.check_position(line.point(line.length))
     with pytest.raises(KinematicsError):
         WORKSPACE.check_position(line.point(line.length + 1e-3))
     with pytest.raises(NoRoomError) as caught:
-        builder.limited(builder.line(line.point(line.length))).result()
+        at_once(builder.limited(builder.line(line.point(line.length))))
     assert caught.value.direction == (1.0, 0.0, 0.0)
     assert "reach" in str(caught.value)

@@ -243,11 +243,13 @@ def test_travel_that_is_left_is_found_without_a_second_look(monkeypatch):
 
 @each_kind
 def test_a_slow_motion_is_proved_with_little_more_work_than_a_fast_one(kind, monkeypatch):
-    path_check, parts, work = Workspace.path_check, [], []
+    path_check, parts, samples, work = Workspace.path_check, [], [], []
 
     def noted(region, state, duration, acceleration):
         parts.append((duration, acceleration))
-        return path_check(region, state, duration, acceleration)
+        return path_check(
+            region, lambda time: samples.append(time) or state(time), duration, acceleration
+        )
 
     for scale in (1.0, 1e-2, 1e-4):
         slow = LIMITS.with_velocity_scaled(scale)
@@ -256,13 +258,10 @@ def test_a_slow_motion_is_proved_with_little_more_work_than_a_fast_one(kind, mon
         with monkeypatch.context() as patch:
             patch.setattr(Workspace, "path_check", noted)
             parts.clear()
-            checks = list(motion.checks_inside(WORKSPACE, slow))
-        samples = 0
-        for check in checks:
-            while not check.go_on(1):
-                samples += 1
-            check.result()
-        work.append((pieces, len(checks), samples))
+            samples.clear()
+            motion.check_inside(WORKSPACE, slow)
+        # Besides both ends of each part.
+        work.append((pieces, len(parts), len(samples) - 2 * len(parts)))
         # Together they are all of it, or of a line its begin, and know the accelerations there.
         begin = 0.0
         for duration, acceleration in parts:

@@ -102,6 +102,6 @@ def test_what_is_carried_is_checked_for_the_workspace_and_why_it_is_refused_is_t
     def outside(*_):
         raise SliderTravelError(0, 0.91, 0.9)
 
-    monkeypatch.setattr(SeriesPlan, "checks_inside", outside)
+    monkeypatch.setattr(SeriesPlan, "checking_inside", outside)
     with pytest.raises(SliderTravelError):
         leg()

@@ -23,13 +23,11 @@ Heights are reported ones. Lengths are in the unit that the file names. An examp
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from tri_glide_kinematics import keys
 from tri_glide_kinematics.calibration.fit.numbers import (
     BASE,
     PRIOR_KINDS,
@@ -41,9 +39,8 @@ from tri_glide_kinematics.calibration.fit.numbers import (
     Priors,
     Touch,
 )
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
-from tri_glide_kinematics.keys import UNITS, FileError, Keys, load_yaml, whole_yaml
+from tri_glide_kinematics.keys import UNITS, FileError, Keys, whole_yaml
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3, three
 from tri_glide_kinematics.workspace import Cylinder, WorkspaceLimits
@@ -89,31 +86,6 @@ def read_workspace(section: Keys, unit: float) -> WorkspaceLimits:
     )
 
 
-def workspace_keys(limits: WorkspaceLimits, in_unit: Callable[[Any], Any]) -> dict[str, Any]:
-    """Return what ``read_workspace`` reads as these ``limits``.
-
-    Args:
-        limits: with the travel as the drives report it.
-        in_unit: brings a length [m], or a sequence of them, into the unit of the file.
-    """
-    keys: dict[str, Any] = {
-        "lower_heights": in_unit(limits.lower_heights),
-        "upper_heights": in_unit(limits.upper_heights),
-        "reach_margin": in_unit(limits.reach_margin),
-        "max_condition_number": limits.max_condition_number,
-    }
-    if limits.box_lower is not None:
-        keys["box_lower"] = in_unit(limits.box_lower)
-    if limits.box_upper is not None:
-        keys["box_upper"] = in_unit(limits.box_upper)
-    cylinder = limits.cylinder
-    if cylinder is not None:
-        keys["cylinder_center"] = in_unit((cylinder.center_x, cylinder.center_y))
-        keys["cylinder_radius"] = in_unit(cylinder.radius)
-        keys["cylinder_z"] = in_unit((cylinder.z_min, cylinder.z_max))
-    return keys
-
-
 # Of a file that is written here: no other is overwritten.
 FIRST_LINE = "# Measurements of one machine."
 UNKNOWN = "unknown"
@@ -143,12 +115,6 @@ class MeasurementFile:
     workspace: WorkspaceLimits | None = None
 
 
-class _Keys(keys.Keys):
-    """Keys whose mistakes are a ``MeasurementFileError``."""
-
-    error_class = MeasurementFileError
-
-
 def load_measurements(file: str | Path) -> MeasurementFile:
     """Read a file.
 
@@ -156,7 +122,7 @@ def load_measurements(file: str | Path) -> MeasurementFile:
         MeasurementFileError: if it cannot be read, or something in it has no meaning; the text
             names file, measurement and number.
     """
-    return _Reader(str(file), load_yaml(file, MeasurementFileError)).read()
+    return _Reader(MeasurementFileError.keys_of(file)).read()
 
 
 def measurement_text(content: MeasurementFile, unit: str = "mm") -> str:
@@ -177,37 +143,28 @@ def save_measurements(file: str | Path, content: MeasurementFile, unit: str = "m
 class _Reader:
     """Reads one file."""
 
-    def __init__(self, file: str, content: Any) -> None:
-        self._file = file
-        self._keys = _Keys(file, "", content)
-        self._unit = self._keys.unit()
+    def __init__(self, keys: Keys) -> None:
+        self._keys = keys
+        self._unit = keys.unit()
         self._plates: dict[str, Plate] = {}
 
     def read(self) -> MeasurementFile:
-        nominal, priors, plates = self._nominal(), self._priors(), self._section("plates", {})
-        for name in plates:
-            self._plates[str(name)] = self._plate(str(name), plates[name])
-        measurements = MeasurementFile(
-            nominal,
-            priors,
-            self._all("touches", "touch", self._touch),
-            self._all("positions", "position", self._position),
-            self._all("distances", "distance", self._distance),
-            self._workspace(),
-        )
-        self._keys.finish()
-        return measurements
-
-    def _section(self, key: str, default: Any = None) -> Mapping[Any, Any]:
-        value = self._keys.value(key, default)
-        if not isinstance(value, Mapping):
-            raise self._keys.error(f"is {keys.shortened(value)}, must be keys with values", key)
-        return value
+        with self._keys.all_read():
+            nominal, priors = self._nominal(), self._priors()
+            for name, values in self._keys.section("plates", {}).items():
+                self._plates[name] = self._plate(name, values)
+            return MeasurementFile(
+                nominal,
+                priors,
+                self._all("touches", "touch", self._touch),
+                self._all("positions", "position", self._position),
+                self._all("distances", "distance", self._distance),
+                self._workspace(),
+            )
 
     def _nominal(self) -> MachineParameters:
-        section = _Keys(self._file, "nominal", self._section("nominal"))
-
-        def read() -> MachineParameters:
+        section = self._keys.section("nominal")
+        with section.all_read():
             rows = enumerate(section.entries("anchors"))
             anchors = [self._lengths(section, f"anchors[{i}]", row, 2) for i, row in rows]
             arms = self._lengths(section, "arm_lengths", section.value("arm_lengths"), 3)
@@ -215,32 +172,25 @@ class _Reader:
             x, y, z = self._lengths(section, "height_offsets", offsets, 3)
             return MachineParameters(TriGlideGeometry(anchors, arms), (x, y, z))
 
-        return self._made(section, read)
-
     def _priors(self) -> Priors | None:
-        value = self._keys.value("priors", {})
-        if value == NONE:
+        if self._keys.value("priors", {}) == NONE:
             return None
-        section = _Keys(self._file, "priors", value)
+        section = self._keys.section("priors", {})
         usual = [getattr(Priors(), kind) / self._unit for kind in PRIOR_KINDS]
-
-        def read() -> Priors:
+        with section.all_read():
             numbers = [self._unit * section.number(*each) for each in zip(PRIOR_KINDS, usual)]
             return Priors(**dict(zip(PRIOR_KINDS, numbers)))  # type: ignore[arg-type]
 
-        return self._made(section, read)
-
     def _workspace(self) -> WorkspaceLimits | None:
-        value = self._keys.value("workspace", NONE)
-        if value == NONE:
+        if self._keys.value("workspace", NONE) == NONE:
             return None
-        section = _Keys(self._file, "workspace", value)
-        return self._made(section, partial(read_workspace, section, self._unit))
+        section = self._keys.section("workspace")
+        with section.all_read():
+            return read_workspace(section, self._unit)
 
     def _plate(self, name: str, values: Any) -> Plate:
-        section = _Keys(self._file, f"plate {name!r}", values)
-
-        def read() -> Plate:
+        section = self._keys.within(f"plate {name!r}", values)
+        with section.all_read():
             height, tilt = section.value("height", 0.0), section.value("tilt", [0.0, 0.0])
             return Plate(
                 name,
@@ -248,9 +198,7 @@ class _Reader:
                 None if tilt == UNKNOWN else self._pair(section, "tilt", tilt),
             )
 
-        return self._made(section, read)
-
-    def _touch(self, section: _Keys) -> Touch:
+    def _touch(self, section: Keys) -> Touch:
         name = section.text("plate", "bed")
         if name not in self._plates and name != "bed":
             known = ", ".join(self._plates) or "none"
@@ -261,45 +209,35 @@ class _Reader:
         plate = self._plates.get(name, Plate(name))
         return Touch(heights, plate, self._deviation(section))
 
-    def _position(self, section: _Keys) -> MeasuredPosition:
+    def _position(self, section: Keys) -> MeasuredPosition:
         heights, position = self._heights(section, "heights"), self._heights(section, "position")
         return MeasuredPosition(
             heights, position, section.text("frame", BASE), self._deviation(section)
         )
 
-    def _distance(self, section: _Keys) -> Distance:
+    def _distance(self, section: Keys) -> Distance:
         ends = self._heights(section, "from"), self._heights(section, "to")
         distance = self._unit * section.number("distance")
         return Distance(*ends, distance, self._deviation(section))
 
-    def _all(self, key: str, name: str, read: Callable[[_Keys], Made]) -> tuple[Made, ...]:
-        entries = self._keys.value(key, [])
-        if not isinstance(entries, list):
-            raise self._keys.error(f"is {keys.shortened(entries)}, must be a list", key)
-        sections = [_Keys(self._file, f"{name} {i}", each) for i, each in enumerate(entries, 1)]
-        return tuple(self._made(section, partial(read, section)) for section in sections)
+    def _all(self, key: str, name: str, read: Callable[[Keys], Made]) -> tuple[Made, ...]:
+        found = []
+        for number, each in enumerate(self._keys.entries(key, []), 1):
+            section = self._keys.within(f"{name} {number}", each)
+            with section.all_read():
+                found.append(read(section))
+        return tuple(found)
 
-    def _made(self, section: _Keys, read: Callable[[], Made]) -> Made:
-        """Return what is read; what its numbers cannot mean is an error of the file."""
-        try:
-            made = read()
-        except MeasurementFileError:
-            raise
-        except KinematicsError as error:
-            raise section.error(str(error)) from error
-        section.finish()
-        return made
-
-    def _heights(self, section: _Keys, key: str) -> Vector3:
+    def _heights(self, section: Keys, key: str) -> Vector3:
         return three(self._unit * value for value in section.vector(key))
 
-    def _deviation(self, section: _Keys) -> float:
+    def _deviation(self, section: Keys) -> float:
         return self._unit * section.number("standard_deviation")
 
-    def _lengths(self, section: _Keys, key: str, values: Any, count: int) -> tuple[float, ...]:
+    def _lengths(self, section: Keys, key: str, values: Any, count: int) -> tuple[float, ...]:
         return tuple(self._unit * value for value in section.numbers(key, values, count))
 
-    def _pair(self, section: _Keys, key: str, values: Any) -> tuple[float, float]:
+    def _pair(self, section: Keys, key: str, values: Any) -> tuple[float, float]:
         first, second = section.numbers(key, values, 2)
         return first, second
 
@@ -358,5 +296,10 @@ def _as_keys(content: MeasurementFile, unit: str) -> dict[str, Any]:
             }
             for one in content.distances
         ],
-        "workspace": NONE if workspace is None else workspace_keys(workspace, in_unit),
+        "workspace": NONE
+        if workspace is None
+        else {
+            name: value if name == "max_condition_number" else in_unit(value)
+            for name, value in workspace.by_name().items()
+        },
     }

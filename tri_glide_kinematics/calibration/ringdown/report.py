@@ -15,7 +15,7 @@ from tri_glide_kinematics.calibration.ringdown.modes import (
 )
 from tri_glide_kinematics.calibration.ringdown.recording import Quantity
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.files import replace_file
+from tri_glide_kinematics.files import parameter_file, replace_file
 from tri_glide_kinematics.keys import FileError
 from tri_glide_kinematics.motion.shaping import ShaperKind
 from tri_glide_kinematics.wording import list_text, number_text
@@ -24,16 +24,6 @@ MICROMETRES = 1e6  # in a metre
 
 # Samples are missing where an interval is so many times as long as usual.
 GAP = 3.0
-
-# One section for one node, in braces, so that a file that is cut off is refused.
-TEXT = """# Modes of one machine, from a ring-down. ik_node takes them after its other file:
-# --params-file tri_glide.yaml --params-file {name}
-ik_node: {{ros__parameters: {{
-  shaper: {shaper},
-  mode_frequencies: {frequencies}, # Hz
-  mode_dampings: {dampings} # of the critical damping
-}}}}
-"""
 
 
 class NoModeError(KinematicsError):
@@ -97,12 +87,18 @@ def mode_text(found: RingDown | CombinedModes, kind: ShaperKind, name: str) -> s
     """
     if found.reason is not None:
         raise NoModeError(found.reason)
-    return TEXT.format(
-        name=name,
-        shaper=kind.value,
-        frequencies=list_text((mode.frequency for mode in found.modes), 6),
-        dampings=list_text((mode.damping for mode in found.modes), 6),
+    head = (
+        "Modes of one machine, from a ring-down. ik_node takes them after its other file:",
+        f"--params-file tri_glide.yaml --params-file {name}",
     )
+    frequencies = list_text((mode.frequency for mode in found.modes), 6)
+    dampings = list_text((mode.damping for mode in found.modes), 6)
+    rows = (
+        ("shaper", kind.value, ""),
+        ("mode_frequencies", frequencies, "Hz"),
+        ("mode_dampings", dampings, "of the critical damping"),
+    )
+    return parameter_file(head, "ik_node", rows)
 
 
 def save_modes(

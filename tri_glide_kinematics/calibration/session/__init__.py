@@ -15,7 +15,6 @@ if TYPE_CHECKING:
         RecordingError as RecordingError,
     )
     from tri_glide_kinematics.calibration.session.probing import BACK_TOLERANCE as BACK_TOLERANCE
-    from tri_glide_kinematics.calibration.session.probing import LETTING_GO as LETTING_GO
     from tri_glide_kinematics.calibration.session.probing import LONGEST_STOP as LONGEST_STOP
     from tri_glide_kinematics.calibration.session.probing import Probe as Probe
     from tri_glide_kinematics.calibration.session.probing import ProbeDriver as ProbeDriver

@@ -32,7 +32,7 @@ from tri_glide_kinematics.calibration.fit import (
 )
 from tri_glide_kinematics.calibration.session.leading import RecordingError
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.files import replace_file, write_file
+from tri_glide_kinematics.files import parameter_file, replace_file, write_file
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3, plus
 from tri_glide_kinematics.wording import list_text, number_text, vector_text
@@ -277,19 +277,6 @@ def workspace_of(machine: MachineParameters, limits: WorkspaceLimits) -> Workspa
     return Workspace(TriGlide(machine.geometry), in_space)
 
 
-# One section for all nodes, as in config/tri_glide.yaml: so "-p name:=value" wins over it.
-TEXT = """# Geometry of one machine, as it was calibrated. All nodes take it after their other file:
-# --params-file tri_glide.yaml --params-file {name}
-# In braces, so that a file that is cut off is refused.
-/**: {{ros__parameters: {{
-  geometry: calibrated,
-  anchors: {anchors}, # m
-  arm_lengths: {arm_lengths}, # m
-  height_offsets: {height_offsets}{drawing} # m
-}}}}
-"""
-
-
 def parameter_text(
     machine: MachineParameters, name: str, drawing: MachineParameters | None = None
 ) -> str:
@@ -297,14 +284,20 @@ def parameter_text(
 
     With its ``drawing``, about which the priors of the next calibration will be, too.
     """
-    geometry = machine.geometry
-    return TEXT.format(
-        name=name,
-        drawing="" if drawing is None else f",\n  drawn_machine: {list_text(drawing.vector, 9)}",
-        anchors=list_text((number for anchor in geometry.anchors for number in anchor), 9),
-        arm_lengths=list_text(geometry.arm_lengths, 9),
-        height_offsets=list_text(machine.height_offsets, 9),
+    head = (
+        "Geometry of one machine, as it was calibrated. All nodes take it after their other file:",
+        f"--params-file tri_glide.yaml --params-file {name}",
+        "In braces, so that a file that is cut off is refused.",
     )
+    lengths: dict[str, Iterable[float]] = {
+        "anchors": np.ravel(machine.geometry.anchors),
+        "arm_lengths": machine.geometry.arm_lengths,
+        "height_offsets": machine.height_offsets,
+        **({} if drawing is None else {"drawn_machine": drawing.vector}),
+    }
+    rows = [(key, list_text(values, 9), "m") for key, values in lengths.items()]
+    # One section for all nodes, as in config/tri_glide.yaml: so "-p name:=value" wins over it.
+    return parameter_file(head, "/**", [("geometry", "calibrated", ""), *rows])
 
 
 def save_parameters(

@@ -9,7 +9,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.four_bar.analysis import DeadCentre as DeadCentre
     from tri_glide_kinematics.mechanisms.four_bar.analysis import DeadCentreKind as DeadCentreKind
     from tri_glide_kinematics.mechanisms.four_bar.analysis import GrashofClass as GrashofClass
-    from tri_glide_kinematics.mechanisms.four_bar.analysis import LinkLengths as LinkLengths
     from tri_glide_kinematics.mechanisms.four_bar.analysis import (
         NotAssemblableError as NotAssemblableError,
     )
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.mechanisms.four_bar.sweep import BranchSweep as BranchSweep
     from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarPose as FourBarPose
     from tri_glide_kinematics.mechanisms.four_bar.sweep import FourBarSweep as FourBarSweep
-    from tri_glide_kinematics.mechanisms.four_bar.sweep import LoopConstants as LoopConstants
     from tri_glide_kinematics.mechanisms.four_bar.sweep import PointMotion as PointMotion
-    from tri_glide_kinematics.mechanisms.four_bar.sweep import close_loop as close_loop
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

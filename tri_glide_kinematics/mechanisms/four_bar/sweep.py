@@ -506,15 +506,8 @@ class FourBarSweep(Sweep):
         Raises:
             NotAChoiceError: if ``branch`` is no ``Branch``, but its name, for example.
         """
-        return BranchSweep(
-            self.lengths,
-            self.frame,
-            self.crank_angles,
-            self.crank_velocities,
-            self.crank_accelerations,
-            self.motion[0 if member("branch", branch, Branch) is Branch.OPEN else 1],
-            branch,
-        )
+        motion = self.motion[0 if member("branch", branch, Branch) is Branch.OPEN else 1]
+        return BranchSweep(**{**vars(self), "motion": motion}, branch=branch)
 
 
 def _as_pairs(vectors: ComplexArray) -> FloatArray:

@@ -12,12 +12,13 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import NoRoomError, PlanningError
 from tri_glide_kinematics.motion.limits import AT_REST, EDGE_CLEARANCE, SliderLimits, SliderState
 from tri_glide_kinematics.motion.trajectory import CubicPlan, RuckigPlanner, StraightLine
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Traced, Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # Ruckig plans no more than two hours; a jog that is so slow ends after this time [s].
 LONGEST_JOG = 1000.0
@@ -33,10 +34,11 @@ class LineBuilder(Protocol):
     def line(self, start: Vector3) -> StraightLine:
         """Return the line that begins at ``start`` [m], of any length."""
 
-    def limited(self, line: StraightLine) -> Traced[StraightLine]:
-        """Return what makes the ``line`` with its final length, inside the workspace.
+    def limited(self, line: StraightLine) -> Interruptible[StraightLine]:
+        """Return the ``line`` with its final length, inside the workspace.
 
-        Its result raises a KinematicsError if there is none.
+        Raises:
+            KinematicsError: if there is none.
         """
 
 
@@ -52,10 +54,10 @@ class LineToPosition:
         """Return the line from ``start`` to the position."""
         return StraightLine.between(self._region.machine.geometry, start, self._position)
 
-    def limited(self, line: StraightLine) -> Traced[StraightLine]:
-        """Return what makes sure that the ``line`` stays inside the workspace."""
-        check = self._region.segment_check(line.start, self._position)
-        return check.then(lambda _: _known(line, self._region))
+    def limited(self, line: StraightLine) -> Interruptible[StraightLine]:
+        """Make sure that the ``line`` stays inside the workspace."""
+        yield from self._region.segment_check(line.start, self._position)
+        return _known(line, self._region)
 
 
 class LineToEdge:
@@ -76,22 +78,20 @@ class LineToEdge:
         """Return the beginning of the line from ``start``."""
         return StraightLine(self._region.machine.geometry, start, self._direction, 0.0)
 
-    def limited(self, line: StraightLine) -> Traced[StraightLine]:
-        """Return what makes the line up to the edge.
+    def limited(self, line: StraightLine) -> Interruptible[StraightLine]:
+        """Return the line up to the edge.
 
-        Its result raises a NoRoomError if the line begins there.
+        Raises:
+            NoRoomError: if the line begins there.
         """
-
-        def up_to(distance: float) -> StraightLine:
-            if distance < 2.0 * EDGE_CLEARANCE:
-                raise NoRoomError(line.start, line.direction, self._edge(line))
-            length = distance - EDGE_CLEARANCE
-            geometry = self._region.machine.geometry
-            cut = StraightLine(geometry, line.start, line.direction, length)
-            return _known(cut, self._region)
-
         longest = max(self._longest, 3.0 * EDGE_CLEARANCE)
-        return self._region.exit_search(line.start, line.direction, longest).then(up_to)
+        distance = yield from self._region.exit_search(line.start, line.direction, longest)
+        if distance < 2.0 * EDGE_CLEARANCE:
+            raise NoRoomError(line.start, line.direction, self._edge(line))
+        length = distance - EDGE_CLEARANCE
+        geometry = self._region.machine.geometry
+        cut = StraightLine(geometry, line.start, line.direction, length)
+        return _known(cut, self._region)
 
     def _edge(self, line: StraightLine) -> str:
         """Return which limit is next to the start of ``line``, in words."""

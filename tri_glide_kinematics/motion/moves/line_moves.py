@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.interruptible import Interruptible, Result, at_once
+from tri_glide_kinematics.interruptible import Interruptible, at_once
 from tri_glide_kinematics.motion.errors import AddedBoundError, PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves.line_entry import (
@@ -51,10 +51,6 @@ from tri_glide_kinematics.motion.trajectory import (
 )
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Traced
-
-# Number of places of a way that are looked at between two breaks: that takes 0.2 ms.
-SAMPLES_IN_PIECE = 12
 
 # A blend may take this many times as long as a stop, as a jog is to follow the hand.
 LONGEST_JOG_BLEND = 2.0
@@ -190,21 +186,13 @@ class LinearMotion:
         return (yield from checked(LinePlan(entry.line, scaling, entry.blend), limits))
 
 
-def found(answer: Traced[Result]) -> Interruptible[Result]:
-    """Return an ``answer`` about a whole way, found in pieces."""
-    while not answer.go_on(SAMPLES_IN_PIECE):
-        yield
-    return answer.result()
-
-
 def _limited(entry: Entry, builder: LineBuilder) -> Interruptible[Entry]:
     """Return an ``entry`` whose line has its final length.
 
     Raises:
         KinematicsError: if there is none inside the workspace.
     """
-    line = yield from found(builder.limited(entry.line))
-    return entry._replace(line=line)
+    return entry._replace(line=(yield from builder.limited(entry.line)))
 
 
 # In mid-motion a time scaling cannot be stretched, as its first speed is given. It is made again,

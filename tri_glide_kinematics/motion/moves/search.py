@@ -16,7 +16,7 @@ from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import SliderLimitError
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves.line_entry import LineToEdge, LineToPosition
-from tri_glide_kinematics.motion.moves.line_moves import LinearMotion, LineJoining, found
+from tri_glide_kinematics.motion.moves.line_moves import LinearMotion, LineJoining
 from tri_glide_kinematics.motion.moves.stopping import Candidate, Stopping, first_found, inside
 from tri_glide_kinematics.motion.trajectory import (
     CubicPlan,
@@ -297,7 +297,7 @@ class MotionPlanner:
         start = self._machine.forward(state.heights)
         if math.dist(start, position) < REACHED:
             return CubicPlan(state, ((), (), ()))
-        yield from found(region.way_check(start, position))
+        yield from region.way_check(start, position)
         yield
         line = StraightLine.between(self._geometry, start, position)
         if limits.added:

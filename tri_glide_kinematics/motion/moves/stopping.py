@@ -15,7 +15,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
-from tri_glide_kinematics.motion.moves.line_moves import SAMPLES_IN_PIECE, LinearMotion, found
+from tri_glide_kinematics.motion.moves.line_moves import LinearMotion
 from tri_glide_kinematics.motion.tracking import (
     SliderWay,
     braking_alone,
@@ -25,7 +25,7 @@ from tri_glide_kinematics.motion.tracking import (
 )
 from tri_glide_kinematics.motion.trajectory import CubicPlan, Phases, Trajectory, total_duration
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.workspace import Workspace
+from tri_glide_kinematics.workspace import SAMPLES_IN_PIECE, Workspace
 
 # On a line or a path a stop may take this many times the sliders' own stop.
 LONGEST_ON_LINE = 1.5
@@ -221,9 +221,7 @@ class Stopping:
 
 def inside(plan: Trajectory, region: Workspace, limits: SliderLimits) -> Interruptible[Trajectory]:
     """Return a ``plan`` that stays inside the ``region``; see ``Trajectory.check_inside``."""
-    for check in plan.checks_inside(region, limits):
-        yield
-        yield from found(check)
+    yield from plan.checking_inside(region, limits)
     return plan
 
 

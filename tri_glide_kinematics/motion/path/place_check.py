@@ -27,6 +27,7 @@ from tri_glide_kinematics.tri_glide import (
     ball_that_keeps,
     extreme_singular_values_batch,
     jacobian_rows,
+    least_rises,
 )
 from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices, ascending
 from tri_glide_kinematics.wording import vector_text
@@ -63,8 +64,7 @@ def clearances(workspace: Workspace, places: FloatArray) -> Clearances:
         distances, rises, rows = jacobian_rows(across, lengths)
         heights = places[:, 2:] + rises.T
         largest, smallest = extreme_singular_values_batch(rows)
-        if geometry.doubled_area <= 0.0:
-            smallest = -smallest
+        smallest = geometry.handedness * smallest
         margin = smallest - largest / bounds.condition
         kept = margin >= -ROUNDING * largest / bounds.condition
         radius, slope = ball_that_keeps(
@@ -72,8 +72,7 @@ def clearances(workspace: Workspace, places: FloatArray) -> Clearances:
             smaller=np.minimum,
             larger=np.maximum,
         )
-        farthest = distances + radius
-        gain = (lengths / np.sqrt((lengths - farthest) * (lengths + farthest))).max(axis=0)
+        gain = (lengths / least_rises(lengths, distances, radius)).max(axis=0)
     travel, slack = bounds.travel_slacks(heights), slacks(bounds.shapes, places)
     # Not a number is not inside, either.
     inside = kept & (slack >= -ROUNDING) & (travel >= -ROUNDING)

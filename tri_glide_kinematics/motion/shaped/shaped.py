@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, partial
 from math import ceil, hypot, inf, sqrt
 from typing import NamedTuple
@@ -54,7 +54,7 @@ from tri_glide_kinematics.motion.trajectory import (
 )
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import BoolArray, FloatArray, ascending
-from tri_glide_kinematics.workspace import Traced, Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # Largest numbers of cells that are looked at together, and of copies in cells of a motion along a
 # curve, or of one of the sliders, which takes longer; and the least number of cells, as fewer of
@@ -413,8 +413,8 @@ class ShapedTrajectory(BoundedPlan):
         before = np.subtract.outer(times, self.shaper.times).T
         return path.cut(before, half, np.array(self.shaper.amplitudes))
 
-    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Check travel, and return the check of the way; of a line, until it is left no more."""
+    def checking_inside(self, region: Workspace, limits: SliderLimits) -> Interruptible[None]:
+        """Check travel, and the way; of a line, until it is left no more."""
         # A closer look tells nothing new if the look at the limits was for this region.
         is_known = self._extremes is not None and self._extremes_for is region
         if not is_known and (self._extremes is None or not _between(*self._extremes, region)):
@@ -426,12 +426,11 @@ class ShapedTrajectory(BoundedPlan):
         on_line = begin + max(plan.straight_from - skipped, 0.0) + self.shaper.duration
         until = min(self.duration, on_line)
         if until <= 0.0:
-            return ()
+            return
         most = hypot(*limits.acceleration)
-        return (
-            region.path_check(partial(self._since, begin), end - begin, acceleration)
-            for begin, end, acceleration in self._checked_together(until, most)
-        )
+        for begin, end, acceleration in self._checked_together(until, most):
+            yield
+            yield from region.path_check(partial(self._since, begin), end - begin, acceleration)
 
     def _checked_together(self, until: float, most: float) -> Iterator[tuple[float, float, float]]:
         """Yield what is checked together: begin, end [s] and acceleration [m/s^2].
@@ -491,9 +490,9 @@ class SeriesPlan(BoundedPlan):
         """Return bounds of how much of the limits is used, from the time ``since`` [s] on."""
         return self._proof.limit_use(limits, since, region)
 
-    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Return the checks of travel and of the way."""
-        return self._proof.checks_inside(region, limits)
+    def checking_inside(self, region: Workspace, limits: SliderLimits) -> Interruptible[None]:
+        """Check travel and the way."""
+        return self._proof.checking_inside(region, limits)
 
 
 def _between(lowest: FloatArray, highest: FloatArray, region: Workspace) -> BoolArray:

@@ -16,8 +16,6 @@ h^{(3)} \dot\tau^3 + 3 \ddot h \dot\tau \ddot\tau + \dot h \tau^{(3)},\qquad
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from tri_glide_kinematics.motion.limits import (
@@ -31,7 +29,7 @@ from tri_glide_kinematics.motion.shaped.shaped import SeriesPlan
 from tri_glide_kinematics.motion.trajectory import MixedSeries, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3, ascending
-from tri_glide_kinematics.workspace import Traced, Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # Steps of a bisection: then an instant is known to rounding.
 _HALVINGS = 60
@@ -89,6 +87,7 @@ class SlowedPlan(SeriesPlan):
         outer, of_sliders = self._plan.mixed_series(machine, there, half * inner.bounds[1, 0])
         return composed(outer, inner), of_sliders
 
-    def checks_inside(self, _region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Return nothing: the other plan was checked, and this leads to no other place."""
-        return ()
+    def checking_inside(self, _region: Workspace, _limits: SliderLimits) -> Interruptible[None]:
+        """Check nothing: the other plan was checked, and this leads to no other place."""
+        return
+        yield

@@ -184,10 +184,8 @@ def first_certified(
         ]
         return SliderState((h1, h2, h3), (v1, v2, v3), (a1, a2, a3))
 
-    proof = workspace.path_proof(state, certified.duration, most, samples)
-    while not proof.go_on(at_once):
-        yield
-    return certified if proof.result() else None
+    proof = workspace.path_proof(state, certified.duration, most, samples, at_once)
+    return certified if (yield from proof) else None
 
 
 def _box(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable
 from itertools import groupby
 from math import hypot, inf
 
 import numpy as np
 
-from tri_glide_kinematics.interruptible import Interruptible, at_once, blocks
+from tri_glide_kinematics.interruptible import Interruptible, blocks
 from tri_glide_kinematics.motion.limits import (
     SampledPlan,
     Series,
@@ -35,7 +34,7 @@ from tri_glide_kinematics.motion.trajectory.time_scaling import PathStart, TimeS
 from tri_glide_kinematics.motion.trajectory.trajectory import CELLS_AT_ONCE, MixedSeries, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, ascending
-from tri_glide_kinematics.workspace import Traced, Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 
 class CurvePlan(Trajectory):
@@ -303,11 +302,12 @@ class LinePlan(CurvePlan):
         """From when on the platform is on the line: the end of the blend [s]."""
         return 0.0 if self.blend is None else self.blend.duration
 
-    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Return the checks of the line, and of the way beside it if there is one."""
+    def checking_inside(self, region: Workspace, limits: SliderLimits) -> Interruptible[None]:
+        """Check the line, and the way beside it if there is one."""
         if self.line.known_inside is not region:
             end = self.line.point(float(self.scaling.ways[-1]))
-            yield region.segment_check(self.line.start, end)
+            yield
+            yield from region.segment_check(self.line.start, end)
         # A plan that begins at rest has none, as that of the setpoint before the first step.
         if self.blend is None or self.blend.duration == 0.0:
             return
@@ -317,7 +317,8 @@ class LinePlan(CurvePlan):
         # A slider can move this far beyond both ends of a piece under its largest acceleration.
         excess = np.square(np.diff(times)).max() / 8.0 * np.array(limits.acceleration)
         self.check_travel(heights.min(axis=0) - excess, heights.max(axis=0) + excess, region)
-        yield region.path_check(self.at, duration, hypot(*limits.acceleration))
+        yield
+        yield from region.path_check(self.at, duration, hypot(*limits.acceleration))
 
 
 class PathPlan(CurvePlan):
@@ -360,7 +361,6 @@ class PathPlan(CurvePlan):
         left = self.scaling.since(time)
         return PathPlan(heights, left._replace(times=left.times - time), self.continue_at - time)
 
-    def checks_inside(self, region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
+    def checking_inside(self, region: Workspace, _limits: SliderLimits) -> Interruptible[None]:
         """Check the path from where the plan begins."""
-        at_once(check_place(self.heights.driven, region, float(self.scaling.ways[0])))
-        return ()
+        yield from check_place(self.heights.driven, region, float(self.scaling.ways[0]))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.errors import SliderLimitError
 from tri_glide_kinematics.motion.limits import (
     AT_REST,
@@ -33,7 +34,7 @@ from tri_glide_kinematics.motion.trajectory.phases import (
 from tri_glide_kinematics.motion.trajectory.trajectory import MixedSeries, Trajectory
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
-from tri_glide_kinematics.workspace import Traced, Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # Breakpoints of two sliders closer than this are one: a jerk this long is below rounding [s].
 SAME_TIME = 1e-11
@@ -222,13 +223,14 @@ class CubicPlan(Trajectory):
         heights = np.concatenate((final, height, *turns))
         return heights.min(axis=0), heights.max(axis=0)
 
-    def checks_inside(self, region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Check travel, and return the check of all of the way."""
+    def checking_inside(self, region: Workspace, _limits: SliderLimits) -> Interruptible[None]:
+        """Check travel, and all of the way."""
         self.check_travel(*self.height_extremes(), region)
         # Accelerations are largest where pieces begin.
         peaks = np.abs(self.pieces[2]).max(axis=0, initial=0.0)
         largest = math.hypot(*peaks.tolist())
-        return (region.path_check(self.at, self.duration, largest),)
+        yield
+        yield from region.path_check(self.at, self.duration, largest)
 
 
 class SliderProfile:
@@ -303,11 +305,12 @@ class StraightPlan(CubicPlan):
         self._rows = rows
         self._row = rows[0] if rows else (0.0,) * 18
 
-    def checks_inside(self, region: Workspace, _limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Check travel, and return the check of all of the way."""
+    def checking_inside(self, region: Workspace, _limits: SliderLimits) -> Interruptible[None]:
+        """Check travel, and all of the way."""
         self.check_travel(*self.height_extremes(), region)
         # Over the way there is no acceleration, whatever there is over time.
-        return (region.path_check(self.at_way, self.length, 0.0),)
+        yield
+        yield from region.path_check(self.at_way, self.length, 0.0)
 
     def at_way(self, distance: float) -> SliderState:
         """Return place and motion after ``distance`` [m] of the leading slider, at its 1 m/s."""
@@ -388,9 +391,9 @@ class TrackedStep(Trajectory):
         """Compare the exact extremes with the limits, as a ``CubicPlan`` does."""
         self.as_cubic().check_sliders(limits, since)
 
-    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Check travel, and return the check of all of the way, as a ``CubicPlan`` does."""
-        return self.as_cubic().checks_inside(region, limits)
+    def checking_inside(self, region: Workspace, limits: SliderLimits) -> Interruptible[None]:
+        """Check travel, and all of the way, as a ``CubicPlan`` does."""
+        return self.as_cubic().checking_inside(region, limits)
 
     def knots(self) -> FloatArray:
         """Return where pieces begin, and the end [s]."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import accumulate
 from math import inf
 from typing import ClassVar, NamedTuple, TypeVar
@@ -33,7 +33,7 @@ from tri_glide_kinematics.motion.limits import (
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import BoolArray, FloatArray, Indices, ascending
 from tri_glide_kinematics.wording import number_text
-from tri_glide_kinematics.workspace import Traced, Workspace
+from tri_glide_kinematics.workspace import Workspace
 
 # Parts of its time at which it is looked where a motion leads.
 PARTS = np.linspace(0.0, 1.0, 65)
@@ -113,8 +113,8 @@ class Trajectory(ABC):
         yield
 
     @abstractmethod
-    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Return what is left to check of travel and workspace; see ``check_inside``."""
+    def checking_inside(self, region: Workspace, limits: SliderLimits) -> Interruptible[None]:
+        """Do what ``check_inside`` does, in pieces."""
 
     @abstractmethod
     def knots(self) -> FloatArray:
@@ -178,8 +178,7 @@ class Trajectory(ABC):
             SliderTravelError: if a slider leaves its travel.
             KinematicsError: if the platform leaves the ``region``.
         """
-        for check in self.checks_inside(region, limits):
-            check.result()
+        at_once(self.checking_inside(region, limits))
 
     def check_travel(self, lowest: FloatArray, highest: FloatArray, region: Workspace) -> None:
         """Raise an error if a slider leaves its travel, or goes on where it is outside already.
@@ -267,10 +266,10 @@ class SequencePlan(Trajectory):
                 yield
             yield from plan.checking_sliders(limits, past)
 
-    def checks_inside(self, region: Workspace, limits: SliderLimits) -> Iterable[Traced[None]]:
-        """Return what is left to check of each plan."""
+    def checking_inside(self, region: Workspace, limits: SliderLimits) -> Interruptible[None]:
+        """Check each plan."""
         for plan in self._plans:
-            yield from plan.checks_inside(region, limits)
+            yield from plan.checking_inside(region, limits)
 
     def knots(self) -> FloatArray:
         """Return the instants between which it is smooth."""
