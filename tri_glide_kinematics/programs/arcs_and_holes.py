@@ -97,10 +97,10 @@ def _millimetres(length: float) -> str:
 
 # Drilling cycles: how the tool goes in one hole.
 
-# Tenfold numbers of the cycles that are understood: G73 and G83 go down in steps, G82 rests at the
+# The cycles that are understood: G73 and G83 go down in steps, G82 rests at the
 # bottom, G85 leaves the hole as slowly as it came.
-CYCLES = (730, 810, 820, 830, 850)
-_BREAKS, _RESTS, _CLEARS, _REAMS = 730, 820, 830, 850
+CYCLES = ("G73", "G81", "G82", "G83", "G85")
+_BREAKS, _, _RESTS, _CLEARS, _REAMS = CYCLES
 
 # So far above what is drilled already the tool stops, before it goes on at its feed [m].
 BACK = 2.54e-4
@@ -139,7 +139,7 @@ class Cycle:
         rest: at the bottom, P [s].
     """
 
-    code: int
+    code: str
     clear: float
     bottom: float
     step: float | None = None

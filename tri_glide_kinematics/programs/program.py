@@ -8,13 +8,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import ClassVar, NamedTuple, Protocol, TypeVar
+from typing import ClassVar, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.motion.path import PLACE_OF_ANGLE, FlatPath, PlatformPath, SegmentKind
-from tri_glide_kinematics.programs.words import ProgramError
+from tri_glide_kinematics.programs.words import ProgramError, Told
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 
 TURN = 2.0 * math.pi  # rad
@@ -392,20 +392,6 @@ class ProgramStop(Step):
     def read_by(self, reader: StepReader[Answer]) -> Answer:
         """Call ``stop_for``."""
         return reader.stop_for(self)
-
-
-class Told(NamedTuple):
-    """Something that a program says and that is not done.
-
-    Attributes:
-        word: a letter or a command.
-        line: the first that says it.
-        reason: why it is not done.
-    """
-
-    word: str
-    line: int
-    reason: str
 
 
 @dataclass(frozen=True, eq=False)
