@@ -92,7 +92,6 @@ def _draw(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.figures import Span, file_figure
     from tri_glide_kinematics.motion import CommandStream, MotionKind
     from tri_glide_kinematics.programs import (
-        DriveFile,
         load_own_settings,
         load_work,
         time_steps,
@@ -110,7 +109,7 @@ def _draw(options: argparse.Namespace) -> None:
     file, parameters = find_file(options.file), find_file(options.parameters)
     values = file_values(str(parameters), options.node, IK_NODE)
     work = load_work(file, load_own_settings(options.settings), options.unit)
-    if isinstance(work, DriveFile) and work.frame not in ("", values["base_frame"]):
+    if work.frame not in ("", values["base_frame"]):
         raise KinematicsError(
             f"{file}: its places are in the frame {work.frame}, and where that is from "
             f"{values['base_frame']} is known to a running machine only"

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.program import ProgramStop as ProgramStop
     from tri_glide_kinematics.programs.program import Step as Step
     from tri_glide_kinematics.programs.program import StopKind as StopKind
+    from tri_glide_kinematics.programs.program import Work as Work
     from tri_glide_kinematics.programs.program import from_line as from_line
     from tri_glide_kinematics.programs.run import APPROACH_SPEED as APPROACH_SPEED
     from tri_glide_kinematics.programs.run import START_TIMEOUT as START_TIMEOUT

@@ -17,7 +17,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.keys import FileError, load_yaml
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
-from tri_glide_kinematics.programs.program import Dwell, MoveStep, PathStep, Step
+from tri_glide_kinematics.programs.program import Dwell, MoveStep, PathStep, Step, Work
 from tri_glide_kinematics.vectors import Vector3, scaled, three
 
 
@@ -40,7 +40,7 @@ SEGMENTS = {
 
 
 @dataclass(frozen=True)
-class DriveFile:
+class DriveFile(Work):
     """The contents of a drive file.
 
     Attributes:
@@ -48,6 +48,9 @@ class DriveFile:
         steps: in their order.
         file: where it is from.
     """
+
+    lines = size = 0
+    sha256 = ""
 
     frame: str
     steps: tuple[Step, ...]

@@ -16,7 +16,7 @@ import yaml
 
 from tri_glide_kinematics.files import file_of_machine, write_file
 from tri_glide_kinematics.keys import FileError, Keys, load_yaml
-from tri_glide_kinematics.programs.program import Program
+from tri_glide_kinematics.programs.program import Program, Work
 from tri_glide_kinematics.programs.settings import NOWHERE, WORK_OFFSETS, ProgramSettings
 from tri_glide_kinematics.vectors import Vector3, three
 
@@ -64,7 +64,7 @@ class KeptLine:
     is_whole: bool = False
 
     @classmethod
-    def of(cls, program: Program, line: int, state: RunState, is_whole: bool = False) -> KeptLine:
+    def of(cls, program: Work, line: int, state: RunState, is_whole: bool = False) -> KeptLine:
         """Return how far a ``program`` came."""
         file = str(Path(program.file).absolute())
         return cls(file, program.size, program.sha256, line, state, is_whole)
@@ -81,7 +81,7 @@ class KeptLine:
 class LineKeeper:
     """Keeps how far a program came, now and then."""
 
-    def __init__(self, file: Path, program: Program, say: Callable[[str], object]) -> None:
+    def __init__(self, file: Path, program: Work, say: Callable[[str], object]) -> None:
         """Keep it in a ``file``; ``say`` gets the reason why that is not possible."""
         self._file: Path | None = file
         self._program = program

@@ -16,12 +16,7 @@ from typing import NamedTuple, Protocol, TypeVar
 from tri_glide_kinematics.control import WAS_STOPPED, OperatingState
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
-from tri_glide_kinematics.programs.drive_files import (
-    NOT_DRIVEN,
-    DriveFile,
-    StepReport,
-    in_millimetres,
-)
+from tri_glide_kinematics.programs.drive_files import NOT_DRIVEN, StepReport, in_millimetres
 from tri_glide_kinematics.programs.kept import LineKeeper, RunState
 from tri_glide_kinematics.programs.program import (
     Dwell,
@@ -29,10 +24,10 @@ from tri_glide_kinematics.programs.program import (
     Output,
     PathRun,
     PathStep,
-    Program,
     ProgramStop,
     Step,
     StopKind,
+    Work,
 )
 from tri_glide_kinematics.vectors import Vector3
 
@@ -481,7 +476,7 @@ class ProgramRun:
     def __init__(
         self,
         machine: ProgramMachine,
-        program: Program | DriveFile,
+        program: Work,
         *,
         single_block: bool = False,
         kept: Path | None = None,
@@ -502,10 +497,9 @@ class ProgramRun:
         self.reports: list[StepReport] = []
         self._machine = machine
         self._status = _Status(RunState.RUNNING, program.steps[0].line_at(), say)
-        frame = program.frame if isinstance(program, DriveFile) else ""
-        self._driver = _StepDriver(machine, frame, self._status, approach)
+        self._driver = _StepDriver(machine, program.frame, self._status, approach)
         self._keeper: LineKeeper | None = None
-        if kept is not None and isinstance(program, Program):
+        if kept is not None and program.lines:
             self._keeper = LineKeeper(kept, program, say)
         self._rest = deque(program.steps)
         self._count = len(program.steps)
@@ -515,7 +509,7 @@ class ProgramRun:
         used = sorted({(each.name, each.number) for each in changes if each.name in SWITCHED_OFF})
         self._safe_outputs = [Output(*each, 0.0, 0, 0) for each in used]
         self._number, self._file = secrets.randbits(64), str(Path(program.file).absolute())
-        self._lines = program.lines if isinstance(program, Program) else 0
+        self._lines = program.lines
         self._tell_at = -math.inf
         self._course = self._run()
 
