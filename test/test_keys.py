@@ -24,6 +24,21 @@ def test_units_of_lengths():
         Keys("file", "", {"unit": "cm"}).unit()
 
 
+def test_choices_switches_and_texts():
+    keys = Keys("file", "", {"a": "x", "b": True, "c": ["y", "z"], "d": 1})
+    assert keys.choice("a", ("x", "y")) == "x"
+    assert keys.choice("none", ("x", "y"), "") == ""
+    assert keys.switch("b") is keys.switch("none", True) is True
+    assert keys.texts("c", ()) == ["y", "z"]
+    assert keys.has("d") and not keys.has("e")
+    with pytest.raises(FileError, match="file: a: is 'x', must be one of y, z"):
+        keys.choice("a", ("y", "z"))
+    with pytest.raises(FileError, match="d: is 1, must be true or false"):
+        keys.switch("d")
+    with pytest.raises(FileError, match="d: is 1, must be a list of texts"):
+        keys.texts("d", ())
+
+
 @pytest.mark.parametrize("value", [[1, 2, 3], [1], "1, 2", [1, math.nan], [1, True], None])
 def test_so_many_finite_numbers(value):
     keys = Keys("file", "touch 1", {})
@@ -39,6 +54,11 @@ def test_mistakes_are_the_error_of_the_room(tmp_path):
         OtherKeys("file", "", {"a": "b"}).number("a")
     with pytest.raises(OtherError, match="cannot be read"):
         load_yaml(tmp_path / "none.yaml", OtherError)
+    file = tmp_path / "file.yaml"
+    file.write_text("a: {b: c}\n")
+    entry = OtherError.keys_of(file).within("a", {"b": "c"})
+    with pytest.raises(OtherError, match=r"file\.yaml: a, b: is 'c', must be a finite number"):
+        entry.number("b")
 
 
 @pytest.mark.parametrize(

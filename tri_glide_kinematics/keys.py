@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import re
 import reprlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
@@ -55,6 +55,15 @@ class FileError(KinematicsError):
             yield
         except OSError as error:
             raise cls(file, "", f"cannot be written: {error.strerror or error}") from error
+
+    @classmethod
+    def keys_of(cls, file: str | Path) -> Keys:
+        """Return the keys of a YAML ``file``; a mistake in them is an error of this class.
+
+        Raises:
+            FileError: of this class, if it cannot be read, is not YAML, or has no keys.
+        """
+        return Keys(str(file), "", load_yaml(file, cls), cls)
 
 
 class DuplicateKeyError(yaml.YAMLError):
@@ -201,15 +210,18 @@ class Keys:
         error_class: what is raised.
     """
 
-    error_class: ClassVar[type[FileError]] = FileError
+    error_class: type[FileError] = FileError
 
-    def __init__(self, file: str, place: str, values: Any) -> None:
-        """Read from ``values``.
+    def __init__(
+        self, file: str, place: str, values: Any, error_class: type[FileError] | None = None
+    ) -> None:
+        """Read from ``values``; None for the ``error_class`` of this kind of keys.
 
         Raises:
             FileError: if they are no keys with values.
         """
         self.place = place
+        self.error_class = error_class or self.error_class
         self._file = file
         self._known: list[str] = []
         if not isinstance(values, Mapping):
@@ -219,6 +231,19 @@ class Keys:
     def error(self, reason: str, key: str = "") -> FileError:
         """Return the error that says the ``reason``, about a ``key`` or the whole entry."""
         return self.error_class(self._file, ", ".join(filter(None, (self.place, key))), reason)
+
+    def within(self, place: str, values: Any) -> Keys:
+        """Return the keys of an entry at a ``place`` in the same file.
+
+        Raises:
+            FileError: if ``values`` are no keys with values.
+        """
+        return Keys(self._file, place, values, self.error_class)
+
+    def has(self, key: str) -> bool:
+        """Return whether something stands under a ``key``, which is known here."""
+        self._known.append(key)
+        return key in self._values
 
     def value(self, key: str, default: Any = None) -> Any:
         """Return what stands under a ``key``, as it is.
@@ -297,16 +322,46 @@ class Keys:
             raise self.error(f"is {shortened(value)}, must be a text", key)
         return value
 
+    def choice(self, key: str, names: Collection[str], default: str | None = None) -> str:
+        """Return a text that is one of some ``names``.
+
+        Raises:
+            FileError: if it is none of them.
+        """
+        name = self.text(key, default)
+        if name not in names and name != default:
+            raise self.error(f"is {shortened(name)}, must be one of {', '.join(names)}", key)
+        return name
+
+    def texts(self, key: str, default: Sequence[str]) -> list[str]:
+        """Return a list of texts.
+
+        Raises:
+            FileError: if it is none.
+        """
+        value = self.value(key, list(default))
+        if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
+            raise self.error(f"is {shortened(value)}, must be a list of texts", key)
+        return value
+
+    def switch(self, key: str, default: bool | None = None) -> bool:
+        """Return whether something is so.
+
+        Raises:
+            FileError: if it is neither true nor false.
+        """
+        value = self.value(key, default)
+        if not isinstance(value, bool):
+            raise self.error(f"is {shortened(value)}, must be true or false", key)
+        return value
+
     def unit(self, default: str = "m") -> float:
         """Return the length of the unit that the key ``unit`` names, or of the ``default`` [m].
 
         Raises:
             FileError: if it is not known.
         """
-        name = self.text("unit", default)
-        if name not in UNITS:
-            raise self.error(f"is {shortened(name)}, must be one of {', '.join(UNITS)}", "unit")
-        return UNITS[name]
+        return UNITS[self.choice("unit", UNITS, default)]
 
     def entries(self, key: str) -> list[Any]:
         """Return a list, as it is.
@@ -327,7 +382,8 @@ class Keys:
         """
         for key in self._values:
             if key not in self._known:
-                raise self.error(f"is not known here; known are {', '.join(self._known)}", str(key))
+                known = ", ".join(dict.fromkeys(self._known))
+                raise self.error(f"is not known here; known are {known}", str(key))
 
     def _number(self, key: str, value: Any) -> float:
         # YAML takes 1e-3, without a point, for a word.

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
 
-from tri_glide_kinematics import keys
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.keys import FileError, load_yaml
+from tri_glide_kinematics.keys import FileError, Keys
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.programs.program import Dwell, MoveStep, PathStep, Step, Work
 from tri_glide_kinematics.vectors import Vector3, scaled, three
@@ -23,12 +22,6 @@ from tri_glide_kinematics.vectors import Vector3, scaled, three
 
 class DriveFileError(FileError):
     """A file of moves, paths and waits cannot be read, or something in it has no meaning."""
-
-
-class Keys(keys.Keys):
-    """The keys of one entry, each read by its name; a mistake is a ``DriveFileError``."""
-
-    error_class = DriveFileError
 
 
 STEPS = ("move", "path", "wait")
@@ -73,17 +66,17 @@ def load_drive(file: str | Path) -> DriveFile:
         DriveFileError: if it cannot be read, or something in it has no meaning; the text names
             file, step and number.
     """
-    return _Reader(str(file), load_yaml(file, DriveFileError)).drive()
+    return _Reader(str(file), DriveFileError.keys_of(file)).drive()
 
 
 class _Reader:
     """Reads the steps of one file, each from where the one before it ends."""
 
-    def __init__(self, file: str, content: Any) -> None:
+    def __init__(self, file: str, keys: Keys) -> None:
         self._file = file
-        self._keys = keys = Keys(file, "", content)
+        self._keys = keys
         self._unit = keys.unit()
-        defaults = Keys(file, "defaults", keys.value("defaults", {}))
+        defaults = keys.within("defaults", keys.value("defaults", {}))
         self._tolerance = defaults.number("tolerance", 0.0, least=0.0)
         self._speed = defaults.number("speed", 0.0, least=0.0)
         defaults.finish()
@@ -98,8 +91,7 @@ class _Reader:
 
     def _step(self, number: int, entry: Any) -> Step:
         place = f"step {number}"
-        kind, values = Keys(self._file, place, entry).one_of(STEPS)
-        keys = Keys(self._file, f"{place} ({kind})", values)
+        kind, keys = self._kind_of(place, entry, STEPS)
         try:
             step = self._read(kind, keys)
         except DriveFileError:
@@ -108,6 +100,11 @@ class _Reader:
             raise keys.error(str(error)) from error
         keys.finish()
         return step
+
+    def _kind_of(self, place: str, entry: Any, kinds: tuple[str, ...]) -> tuple[str, Keys]:
+        """Return the kind of an entry, and its keys."""
+        kind, values = self._keys.within(place, entry).one_of(kinds)
+        return kind, self._keys.within(f"{place} ({kind})", values)
 
     def _read(self, kind: str, keys: Keys) -> Step:
         if kind == "wait":
@@ -140,8 +137,7 @@ class _Reader:
         return PathStep(flat, None)
 
     def _segment(self, place: str, entry: Any) -> _Numbers:
-        kind, values = Keys(self._file, place, entry).one_of(tuple(SEGMENTS))
-        keys = Keys(self._file, f"{place} ({kind})", values)
+        kind, keys = self._kind_of(place, entry, tuple(SEGMENTS))
         numbers: tuple[float, ...]
         if kind == "line":
             numbers = self._place(keys, "to")

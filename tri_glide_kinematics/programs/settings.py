@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from tri_glide_kinematics.checks import finite_vector, member, non_negative, positive
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.files import SETTINGS, find_file
-from tri_glide_kinematics.keys import FileError, Keys, load_yaml
+from tri_glide_kinematics.keys import FileError
 from tri_glide_kinematics.motion.path import LARGEST_PLACE, LARGEST_SPEED, LEAST_SPEED
 from tri_glide_kinematics.vectors import Vector3, scaled
 
@@ -142,12 +142,6 @@ class SettingsError(FileError):
     """A file of settings cannot be read, or something in it has no meaning."""
 
 
-class SettingsKeys(Keys):
-    """The keys of one entry, each read by its name; a mistake is a ``SettingsError``."""
-
-    error_class = SettingsError
-
-
 @dataclass(frozen=True)
 class ProgramSettings:
     """What a program does not say itself; all places are of the platform.
@@ -225,37 +219,23 @@ def load_settings(file: str | Path, others: ProgramSettings | None = None) -> Pr
     Raises:
         SettingsError: if it cannot be read, or something in it has no meaning.
     """
-    keys = SettingsKeys(str(file), "", load_yaml(file, SettingsError))
+    keys = SettingsError.keys_of(file)
     plain = others or ProgramSettings()
-    names = [dialect.value for dialect in Dialect]
-    name = keys.text("dialect", "")
-    if name and name not in names:
-        raise keys.error(f"is {name!r}, must be one of {', '.join(names)}", "dialect")
+    name = keys.choice("dialect", [dialect.value for dialect in Dialect], "")
     dialect = Dialect(name) if name else plain.dialect
     unit = keys.unit("mm" if name and dialect is not Dialect.NIST else "m")
 
     def places(key: str, plainly: Mapping[Any, Vector3]) -> dict[Any, Vector3]:
         values = keys.value(key, {})
-        named = SettingsKeys(str(file), key, values)
+        named = keys.within(key, values)
         return {**plainly, **{name: scaled(named.vector(name), unit) for name in values}}
 
     def place(key: str, plainly: Vector3 | None) -> Vector3 | None:
-        given = keys.value(key, ()) != ()
-        return scaled(keys.vector(key), unit) if given else plainly
+        return scaled(keys.vector(key), unit) if keys.has(key) else plainly
 
     def length(key: str, plainly: float | None) -> float | None:
-        given = keys.value(key, ()) != ()
-        return unit * keys.number(key, least=0.0) if given else plainly
+        return unit * keys.number(key, least=0.0) if keys.has(key) else plainly
 
-    def switch(key: str, default: bool) -> bool:
-        value = keys.value(key, default)
-        if not isinstance(value, bool):
-            raise keys.error("must be true or false", key)
-        return value
-
-    ignored = keys.value("ignored", sorted(plain.ignored))
-    if not isinstance(ignored, list) or not all(isinstance(each, str) for each in ignored):
-        raise keys.error("must be a list of commands, such as M104", "ignored")
     try:
         settings = ProgramSettings(
             dialect,
@@ -265,9 +245,9 @@ def load_settings(file: str | Path, others: ProgramSettings | None = None) -> Pr
             places("tools", plain.tools),
             length("tolerance", plain.tolerance) or 0.0,
             length("feed", plain.feed) or None,
-            switch("block_delete", plain.block_delete),
-            switch("optional_stop", plain.optional_stop),
-            frozenset(each.upper() for each in ignored),
+            keys.switch("block_delete", plain.block_delete),
+            keys.switch("optional_stop", plain.optional_stop),
+            frozenset(each.upper() for each in keys.texts("ignored", sorted(plain.ignored))),
         )
     except SettingsError:
         raise
