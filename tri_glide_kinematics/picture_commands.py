@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.files import PACKAGE, write_file
+from tri_glide_kinematics.files import PACKAGE, PARAMETERS, write_file
 from tri_glide_kinematics.keys import UNITS
 
 if TYPE_CHECKING:
@@ -69,6 +69,38 @@ def add_unit(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--unit", choices=tuple(UNITS), help="of points whose columns name none in their heads"
     )
+
+
+def add_node_argument(parser: argparse.ArgumentParser) -> None:
+    """Add what tells a command whose parameters of a file are those of the machine."""
+    parser.add_argument(
+        "--node",
+        default="/ik_node",
+        metavar="NAME",
+        help="full name of the node whose parameters they are (default: /ik_node)",
+    )
+
+
+def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what tells a command about the machine: the rate, and where its parameters are."""
+    parser.add_argument(
+        "--rate",
+        type=float,
+        metavar="HZ",
+        help="of the setpoints (default: the parameter rate)",
+    )
+    add_parameter_arguments(parser)
+
+
+def add_parameter_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what tells a command where the parameters of the machine are."""
+    add_file(
+        parser,
+        "--parameters",
+        f"parameters of the machine (default: {PARAMETERS})",
+        Path(PARAMETERS),
+    )
+    add_node_argument(parser)
 
 
 def use_one_thread() -> None:

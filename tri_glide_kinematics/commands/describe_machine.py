@@ -13,8 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.commands.draw_motion import add_node_argument
-from tri_glide_kinematics.picture_commands import add_file, exit_code
+from tri_glide_kinematics.picture_commands import add_file, add_node_argument, exit_code
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -12,10 +12,10 @@ import signal
 import sys
 from collections.abc import Sequence
 
-from tri_glide_kinematics.commands.draw_motion import add_node_argument
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
     add_file,
+    add_node_argument,
     command_parser,
     exit_code,
     save_figure,

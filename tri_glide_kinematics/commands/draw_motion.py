@@ -13,10 +13,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.files import PARAMETERS, SETTINGS, find_file
+from tri_glide_kinematics.files import SETTINGS, find_file
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
     add_file,
+    add_machine_arguments,
     add_unit,
     command_parser,
     exit_code,
@@ -45,38 +46,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.rate is not None and not 1.0 <= options.rate <= 100_000.0:
         parser.error(f"--rate {options.rate:g}: must be from 1 to 100000 Hz")
     return exit_code("draw_motion", options.output, lambda: _draw(options))
-
-
-def add_node_argument(parser: argparse.ArgumentParser) -> None:
-    """Add what tells a command whose parameters of a file are those of the machine."""
-    parser.add_argument(
-        "--node",
-        default="/ik_node",
-        metavar="NAME",
-        help="full name of the node whose parameters they are (default: /ik_node)",
-    )
-
-
-def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add what tells a command about the machine: the rate, and where its parameters are."""
-    parser.add_argument(
-        "--rate",
-        type=float,
-        metavar="HZ",
-        help="of the setpoints (default: the parameter rate)",
-    )
-    add_parameter_arguments(parser)
-
-
-def add_parameter_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add what tells a command where the parameters of the machine are."""
-    add_file(
-        parser,
-        "--parameters",
-        f"parameters of the machine (default: {PARAMETERS})",
-        Path(PARAMETERS),
-    )
-    add_node_argument(parser)
 
 
 def _draw(options: argparse.Namespace) -> None:

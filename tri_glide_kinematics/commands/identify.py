@@ -12,9 +12,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.commands.draw_motion import add_parameter_arguments
 from tri_glide_kinematics.files import find_file
-from tri_glide_kinematics.picture_commands import exit_code
+from tri_glide_kinematics.picture_commands import add_parameter_arguments, exit_code
 
 FIRST_LINE = "# Moves that tell the most of masses and friction; written by identify."
 

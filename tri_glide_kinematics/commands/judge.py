@@ -9,9 +9,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.commands.draw_motion import add_machine_arguments
 from tri_glide_kinematics.files import find_file
-from tri_glide_kinematics.picture_commands import use_one_thread
+from tri_glide_kinematics.picture_commands import add_machine_arguments, use_one_thread
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
