@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import shlex
 import signal
@@ -85,7 +86,7 @@ def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
     """Add what tells a command about the machine: the rate, and where its parameters are."""
     parser.add_argument(
         "--rate",
-        type=float,
+        type=above_zero("hertz"),
         metavar="HZ",
         help="of the setpoints (default: the parameter rate)",
     )
@@ -101,6 +102,38 @@ def add_parameter_arguments(parser: argparse.ArgumentParser) -> None:
         Path(PARAMETERS),
     )
     add_node_argument(parser)
+
+
+def number(what: str, above: float = -math.inf) -> Callable[[str], float]:
+    """Return what reads a finite number of an option; ``what`` names it in errors."""
+
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and value > above):
+            raise argparse.ArgumentTypeError(f"{text!r} is not {what}")
+        return value
+
+    return read
+
+
+def above_zero(unit: str) -> Callable[[str], float]:
+    """Return what reads a number of an option that is greater than 0."""
+    return number(f"a number of {unit} greater than 0", 0.0)
+
+
+def whole_number(least: int, most: int) -> Callable[[str], int]:
+    """Return what reads a whole number of an option, not negative and within bounds."""
+
+    def read(text: str) -> int:
+        if not text.isdecimal() or not least <= int(text) <= most:
+            reason = f"is not a whole number from {least} to {most}"
+            raise argparse.ArgumentTypeError(f"{text!r} {reason}")
+        return int(text)
+
+    return read
 
 
 def use_one_thread() -> None:

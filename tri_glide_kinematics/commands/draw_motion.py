@@ -1,8 +1,4 @@
-"""The command ``draw_motion``: the motion of a file, as a picture and as setpoints; without ROS.
-
-Slow modules are imported after the command line has been read, so that a mistake in it is
-told at once and Ctrl-C ends the process while modules are still being loaded.
-"""
+"""The command ``draw_motion``: the motion of a file, as a picture and as setpoints; without ROS."""
 
 from __future__ import annotations
 

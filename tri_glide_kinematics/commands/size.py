@@ -1,8 +1,4 @@
-"""The command ``size``: from what a machine has to do to its lengths and motors; without ROS.
-
-Slow modules are imported after the command line has been read, so that a mistake in it is
-told at once and Ctrl-C ends the process while modules are still being loaded.
-"""
+"""The command ``size``: from what a machine has to do to its lengths and motors; without ROS."""
 
 from __future__ import annotations
 
