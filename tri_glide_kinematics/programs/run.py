@@ -462,6 +462,42 @@ class _StepDriver:
         return StepReport(step, _name(end.code), is_good, taken, length, deviation, text)
 
 
+class _News:
+    """What is told of a run, and the outputs that it does not leave on."""
+
+    def __init__(self, machine: ProgramMachine, work: Work, status: _Status) -> None:
+        self._machine = machine
+        self._status = status
+        self._number, self._file = secrets.randbits(64), str(Path(work.file).absolute())
+        self._lines = work.lines
+        changes = (output for step in work.steps for output in step.changes)
+        used = sorted({(each.name, each.number) for each in changes if each.name in SWITCHED_OFF})
+        self.safe_outputs = [Output(*each, 0.0, 0, 0) for each in used]
+        self._tell_at = -math.inf
+
+    def look(self) -> None:
+        """Tell what the run does, if it is time."""
+        if self._status.now >= self._tell_at:
+            self._tell_at = self._status.now + TELL_PERIOD
+            self._tell(self._status.state)
+
+    def tell_end(self) -> None:
+        """Tell that the run has ended, and nothing any more."""
+        self._tell_at = math.inf
+        self._tell(RunState.ENDED)
+
+    def _tell(self, state: RunState) -> None:
+        status = self._status
+        about = self._number, self._file, status.line, self._lines
+        self._machine.tell(RunNews(*about, state, status.doing, self.safe_outputs))
+
+    def switch_off(self) -> None:
+        """Switch off what the program does not leave on."""
+        for output in self.safe_outputs:
+            self._status.begin(f"output {output.name} {output.number} is 0")
+            self._machine.put_out(output)
+
+
 class ProgramRun:
     """Runs one program, or the rest of one (``from_line``), or one file of steps.
 
@@ -505,12 +541,7 @@ class ProgramRun:
         self._count = len(program.steps)
         # When they change the run ends.
         self._stops = None if machine.now is None else machine.now.stops
-        changes = (output for step in program.steps for output in step.changes)
-        used = sorted({(each.name, each.number) for each in changes if each.name in SWITCHED_OFF})
-        self._safe_outputs = [Output(*each, 0.0, 0, 0) for each in used]
-        self._number, self._file = secrets.randbits(64), str(Path(program.file).absolute())
-        self._lines = program.lines
-        self._tell_at = -math.inf
+        self._news = _News(machine, program, self._status)
         self._course = self._run()
 
     @property
@@ -558,8 +589,7 @@ class ProgramRun:
         if -math.inf < last < now - LONGEST_PAUSE:
             self.stop(f"nothing drove it for {now - last:.1f} s, so the machine stops")
         self._look_for_stop()
-        if now >= self._tell_at:
-            self._tell(self.state)
+        self._news.look()
         next(self._course, None)
         if self._keeper is not None:
             self._keeper.keep(self.line, self.state, self.is_whole, now)
@@ -583,7 +613,7 @@ class ProgramRun:
         No end is told: should the stop not arrive, ``ik_node`` takes the run for lost.
         """
         self.stop("interrupted")
-        self._tell_off()
+        self._news.switch_off()
 
     def _look_for_stop(self) -> None:
         """End the run where the machine was stopped, between two motions too."""
@@ -624,7 +654,7 @@ class ProgramRun:
         self.reports += (StepReport(step, NOT_DRIVEN) for step in self._rest)
         if has_begun and (not is_good or status.is_stopped):
             yield from self._switch_off()
-        self._tell(RunState.ENDED)
+        self._news.tell_end()
         status.state = RunState.ENDED
 
     def _find(self) -> Iterator[None]:
@@ -679,21 +709,9 @@ class ProgramRun:
     def _switch_off(self) -> Iterator[None]:
         """Tell that spindle and coolant are off, when the platform rests."""
         end = self._status.now + REST_TIMEOUT
-        while self._safe_outputs and not self._rests and self._status.now < end:
+        while self._news.safe_outputs and not self._rests and self._status.now < end:
             yield
-        self._tell_off()
-
-    def _tell_off(self) -> None:
-        for output in self._safe_outputs:
-            self._status.begin(f"output {output.name} {output.number} is 0")
-            self._machine.put_out(output)
-
-    def _tell(self, state: RunState) -> None:
-        """Tell what the run does, and when next: never, if it has ended."""
-        end = state is RunState.ENDED
-        self._tell_at = math.inf if end else self._status.now + TELL_PERIOD
-        about = self._number, self._file, self.line, self._lines
-        self._machine.tell(RunNews(*about, state, self.doing, self._safe_outputs))
+        self._news.switch_off()
 
     @property
     def _rests(self) -> bool:
