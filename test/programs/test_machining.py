@@ -3,9 +3,10 @@
 import pytest
 
 from tri_glide_kinematics.programs.codes import CODES, carry_out
+from tri_glide_kinematics.programs.dialects import Dialect
 from tri_glide_kinematics.programs.machining import Feed, Machining, Offsets, Spindle, StepWriter
 from tri_glide_kinematics.programs.program import Dwell, Output, PathRun
-from tri_glide_kinematics.programs.settings import Dialect, ProgramSettings
+from tri_glide_kinematics.programs.settings import ProgramSettings
 from tri_glide_kinematics.programs.words import Line, ProgramError, Remarks, WordReader
 
 

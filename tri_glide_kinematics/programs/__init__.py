@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.check import TimeLeft as TimeLeft
     from tri_glide_kinematics.programs.check import check_program as check_program
     from tri_glide_kinematics.programs.check import time_steps as time_steps
+    from tri_glide_kinematics.programs.dialects import Dialect as Dialect
     from tri_glide_kinematics.programs.drive_files import DriveFile as DriveFile
     from tri_glide_kinematics.programs.drive_files import DriveFileError as DriveFileError
     from tri_glide_kinematics.programs.drive_files import ProgressLine as ProgressLine
@@ -62,7 +63,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.run import ProgramRun as ProgramRun
     from tri_glide_kinematics.programs.run import RunNews as RunNews
     from tri_glide_kinematics.programs.settings import WORK_OFFSETS as WORK_OFFSETS
-    from tri_glide_kinematics.programs.settings import Dialect as Dialect
     from tri_glide_kinematics.programs.settings import ProgramSettings as ProgramSettings
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError
     from tri_glide_kinematics.programs.settings import load_own_settings as load_own_settings

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from tri_glide_kinematics.motion.path import SHORTEST
-from tri_glide_kinematics.programs.settings import MILLIMETRE
+from tri_glide_kinematics.programs.dialects import MILLIMETRE
 from tri_glide_kinematics.vectors import Point
 from tri_glide_kinematics.wording import number_text
 

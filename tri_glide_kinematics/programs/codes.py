@@ -22,17 +22,16 @@ from tri_glide_kinematics.programs.arcs_and_holes import (
     arc,
     centre_of_radius,
 )
-from tri_glide_kinematics.programs.machining import AXES, CENTRES, Machining, Motion
-from tri_glide_kinematics.programs.program import Dwell, ProgramStop, StopKind
-from tri_glide_kinematics.programs.settings import (
+from tri_glide_kinematics.programs.dialects import (
     CONCERNING,
     CUSTOMS,
     MILLIMETRE,
     MOTORS_OFF,
-    NOWHERE,
-    WORK_OFFSETS,
     Dialect,
 )
+from tri_glide_kinematics.programs.machining import AXES, CENTRES, Machining, Motion
+from tri_glide_kinematics.programs.program import Dwell, ProgramStop, StopKind
+from tri_glide_kinematics.programs.settings import NOWHERE, WORK_OFFSETS
 from tri_glide_kinematics.programs.words import Line
 from tri_glide_kinematics.vectors import Point
 

@@ -23,17 +23,17 @@ from tri_glide_kinematics.programs.codes import (
     help_of,
     tell_extrusion,
 )
-from tri_glide_kinematics.programs.guessing import guess_dialect
-from tri_glide_kinematics.programs.machining import Machining
-from tri_glide_kinematics.programs.program import Program
-from tri_glide_kinematics.programs.settings import (
+from tri_glide_kinematics.programs.dialects import (
     CONCERNING,
     CUSTOMS,
     MOTORS_OFF,
     TEXTS,
     Dialect,
-    ProgramSettings,
+    guess_dialect,
 )
+from tri_glide_kinematics.programs.machining import Machining
+from tri_glide_kinematics.programs.program import Program
+from tri_glide_kinematics.programs.settings import ProgramSettings
 from tri_glide_kinematics.programs.words import (
     NAMED,
     PERCENT,

@@ -23,16 +23,9 @@ from tri_glide_kinematics.motion.path import (
     FlatPath,
     SegmentKind,
 )
+from tri_glide_kinematics.programs.dialects import CUSTOMS, MILLIMETRE, Customs, Dialect
 from tri_glide_kinematics.programs.program import Dwell, Output, PathRun, ProgramStop, Step
-from tri_glide_kinematics.programs.settings import (
-    CUSTOMS,
-    MILLIMETRE,
-    NOWHERE,
-    WORK_OFFSETS,
-    Customs,
-    Dialect,
-    ProgramSettings,
-)
+from tri_glide_kinematics.programs.settings import NOWHERE, WORK_OFFSETS, ProgramSettings
 from tri_glide_kinematics.programs.words import Line, Remarks
 from tri_glide_kinematics.vectors import Vector3, three
 from tri_glide_kinematics.wording import number_text
