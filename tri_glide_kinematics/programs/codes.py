@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from enum import IntEnum
+from functools import partial
 from typing import NamedTuple
 
 from tri_glide_kinematics.motion.path import LARGEST_ANGLE, SHORTEST
@@ -139,29 +140,20 @@ def _change_tool(machine: Machining, line: Line, index: int) -> None:
     machine.writer.rest(ProgramStop(StopKind.TOOL, machine.remarks.line, tool))
 
 
-def _turn(direction: float) -> Act:
-    def act(machine: Machining, line: Line, index: int) -> None:
-        machine.spindle.turn(direction, machine.remarks.line)
-
-    return act
+def _turn(machine: Machining, line: Line, index: int, direction: float) -> None:
+    machine.spindle.turn(direction, machine.remarks.line)
 
 
-def _cool(is_on: float, *names: str) -> Act:
-    def act(machine: Machining, line: Line, index: int) -> None:
-        for name in names:
-            machine.spindle.cool(name, is_on, machine.remarks.line)
-
-    return act
+def _cool(machine: Machining, line: Line, index: int, names: str, is_on: float) -> None:
+    for name in names.split():
+        machine.spindle.cool(name, is_on, machine.remarks.line)
 
 
-def _digital(value: float) -> Act:
-    def act(machine: Machining, line: Line, index: int) -> None:
-        output = line.whole("P")
-        if output is None:
-            line.fail(index, "it needs a P, the number of the output")
-        machine.writer.put_out("digital", output, value, machine.remarks.line)
-
-    return act
+def _digital(machine: Machining, line: Line, index: int, value: float) -> None:
+    output = line.whole("P")
+    if output is None:
+        line.fail(index, "it needs a P, the number of the output")
+    machine.writer.put_out("digital", output, value, machine.remarks.line)
 
 
 def _pin(machine: Machining, line: Line, index: int) -> None:
@@ -187,14 +179,10 @@ def _fan_off(machine: Machining, line: Line, index: int) -> None:
 # What holds from now on
 
 
-def _let(**modes: object) -> Act:
-    """Return what lets ``modes`` hold."""
-
-    def act(machine: Machining, line: Line, index: int) -> None:
-        for name, value in modes.items():
-            setattr(machine.modes, name, value)
-
-    return act
+def _let(machine: Machining, line: Line, index: int, **modes: object) -> None:
+    """Let some of the ``Modes`` hold."""
+    for name, value in modes.items():
+        setattr(machine.modes, name, value)
 
 
 def _tool_offset(machine: Machining, line: Line, index: int) -> None:
@@ -211,11 +199,8 @@ def _no_tool_offset(machine: Machining, line: Line, index: int) -> None:
     machine.offsets.set_tool(NOWHERE)
 
 
-def _work_offset(name: str) -> Act:
-    def act(machine: Machining, line: Line, index: int) -> None:
-        machine.offsets.select(name)
-
-    return act
+def _work_offset(machine: Machining, line: Line, index: int, name: str) -> None:
+    machine.offsets.select(name)
 
 
 def _no_tolerance(machine: Machining, line: Line, index: int) -> None:
@@ -273,11 +258,8 @@ def _call_place(machine: Machining, line: Line, index: int) -> None:
     machine.offsets.call(values, machine.here)
 
 
-def _call_no_more(*, for_good: bool) -> Act:
-    def act(machine: Machining, line: Line, index: int) -> None:
-        machine.offsets.call_no_more(for_good=for_good)
-
-    return act
+def _call_no_more(machine: Machining, line: Line, index: int, for_good: bool) -> None:
+    machine.offsets.call_no_more(for_good=for_good)
 
 
 def _call_again(machine: Machining, line: Line, index: int) -> None:
@@ -310,13 +292,11 @@ def go_home(machine: Machining, line: Line, index: int) -> None:
 # Motion
 
 
-def _go_by(motion: Motion | None) -> Act:
-    def act(machine: Machining, line: Line, index: int) -> None:
-        machine.choose(motion)
-        if line.axes_are_taken:
-            line.fail(index, "another command takes the axes: write it on its own line")
-
-    return act
+def _go_by(machine: Machining, line: Line, index: int, motion: Motion | None) -> None:
+    """Let another ``motion`` hold; None for none."""
+    machine.choose(motion)
+    if line.axes_are_taken:
+        line.fail(index, "another command takes the axes: write it on its own line")
 
 
 def _move(machine: Machining, line: Line) -> None:
@@ -467,17 +447,15 @@ RAPID = Motion("G0", _go_straight)
 STRAIGHT = Motion("G1", _go_straight)
 CLOCKWISE = Motion("G2", _go_on_arc, AXES + CENTRES + "R")
 ANTICLOCKWISE = Motion("G3", _go_on_arc, AXES + CENTRES + "R")
+DRILLING = tuple(Motion(name, _drill, is_cycle=True) for name in CYCLES)
 
 
 # Stops
 
 
-def _wait(kind: StopKind) -> Act:
-    def act(machine: Machining, line: Line, index: int) -> None:
-        if kind is not StopKind.OPTIONAL or machine.settings.optional_stop:
-            machine.writer.rest(ProgramStop(kind, machine.remarks.line))
-
-    return act
+def _wait(machine: Machining, line: Line, index: int, kind: StopKind) -> None:
+    if kind is not StopKind.OPTIONAL or machine.settings.optional_stop:
+        machine.writer.rest(ProgramStop(kind, machine.remarks.line))
 
 
 def _end(machine: Machining, line: Line, index: int) -> None:
@@ -494,34 +472,37 @@ _ROWS: Mapping[str, Code] = {
     "F": Code("F", Stage.FEED, _feed),
     "T": Code("T", Stage.TOOL, _tool_wanted),
     "S": Code("S", Stage.SPINDLE, _spindle_speed),
-    "G20 G70": Code("units", Stage.UNITS, _let(unit=INCH)),
-    "G21 G71": Code("units", Stage.UNITS, _let(unit=MILLIMETRE)),
+    "G20 G70": Code("units", Stage.UNITS, partial(_let, unit=INCH)),
+    "G21 G71": Code("units", Stage.UNITS, partial(_let, unit=MILLIMETRE)),
     "M220": Code("speed", Stage.OVERRIDE, _part_of_feed),
     "M6": Code("tool", Stage.TOOL, _change_tool),
-    "M3": Code("spindle", Stage.SPINDLE, _turn(1.0)),
-    "M4": Code("spindle", Stage.SPINDLE, _turn(-1.0)),
-    "M5": Code("spindle", Stage.SPINDLE, _turn(0.0)),
-    "M7": Code("mist", Stage.OUTPUT, _cool(1.0, "mist")),
-    "M8": Code("flood", Stage.OUTPUT, _cool(1.0, "flood")),
-    "M9": Code("coolant", Stage.OUTPUT, _cool(0.0, "mist", "flood")),
-    "M62 M64": Code("output", Stage.OUTPUT, _digital(1.0)),
-    "M63 M65": Code("output", Stage.OUTPUT, _digital(0.0)),
+    "M3": Code("spindle", Stage.SPINDLE, partial(_turn, direction=1.0)),
+    "M4": Code("spindle", Stage.SPINDLE, partial(_turn, direction=-1.0)),
+    "M5": Code("spindle", Stage.SPINDLE, partial(_turn, direction=0.0)),
+    "M7": Code("mist", Stage.OUTPUT, partial(_cool, names="mist", is_on=1.0)),
+    "M8": Code("flood", Stage.OUTPUT, partial(_cool, names="flood", is_on=1.0)),
+    "M9": Code("coolant", Stage.OUTPUT, partial(_cool, names="mist flood", is_on=0.0)),
+    "M62 M64": Code("output", Stage.OUTPUT, partial(_digital, value=1.0)),
+    "M63 M65": Code("output", Stage.OUTPUT, partial(_digital, value=0.0)),
     "M42": Code("output", Stage.OUTPUT, _pin),
     "M106": Code("fan", Stage.OUTPUT, _fan),
     "M107": Code("fan", Stage.OUTPUT, _fan_off),
     "M48 M49": Code("override"),
-    "G17": Code("plane", Stage.MODE, _let(plane=(0, 1, 2))),
-    "G18": Code("plane", Stage.MODE, _let(plane=(2, 0, 1))),
-    "G19": Code("plane", Stage.MODE, _let(plane=(1, 2, 0))),
-    "G90": Code("distances", Stage.MODE, _let(absolute=True)),
-    "G91": Code("distances", Stage.MODE, _let(absolute=False)),
-    "G90.1": Code("distances of centres", Stage.MODE, _let(absolute_centres=True)),
-    "G91.1": Code("distances of centres", Stage.MODE, _let(absolute_centres=False)),
-    "G98": Code("retract", Stage.MODE, _let(returns=True)),
-    "G99": Code("retract", Stage.MODE, _let(returns=False)),
+    "G17": Code("plane", Stage.MODE, partial(_let, plane=(0, 1, 2))),
+    "G18": Code("plane", Stage.MODE, partial(_let, plane=(2, 0, 1))),
+    "G19": Code("plane", Stage.MODE, partial(_let, plane=(1, 2, 0))),
+    "G90": Code("distances", Stage.MODE, partial(_let, absolute=True)),
+    "G91": Code("distances", Stage.MODE, partial(_let, absolute=False)),
+    "G90.1": Code("distances of centres", Stage.MODE, partial(_let, absolute_centres=True)),
+    "G91.1": Code("distances of centres", Stage.MODE, partial(_let, absolute_centres=False)),
+    "G98": Code("retract", Stage.MODE, partial(_let, returns=True)),
+    "G99": Code("retract", Stage.MODE, partial(_let, returns=False)),
     "G43": Code("tool offset", Stage.MODE, _tool_offset),
     "G49": Code("tool offset", Stage.MODE, _no_tool_offset),
-    **{name: Code("work offset", Stage.MODE, _work_offset(name)) for name in WORK_OFFSETS},
+    **{
+        name: Code("work offset", Stage.MODE, partial(_work_offset, name=name))
+        for name in WORK_OFFSETS
+    },
     "G61": Code("tolerance", Stage.MODE, _no_tolerance),
     "G64": Code("tolerance", Stage.MODE, _tolerance),
     "G15": Code("polar"),
@@ -534,20 +515,20 @@ _ROWS: Mapping[str, Code] = {
     "G10": Code("once", Stage.ONCE, _set_work_offset),
     "G28": Code("once", Stage.ONCE, go_home),
     "G92": Code("once", Stage.ONCE, _call_place),
-    "G92.1": Code("once", Stage.ONCE, _call_no_more(for_good=True)),
-    "G92.2": Code("once", Stage.ONCE, _call_no_more(for_good=False)),
+    "G92.1": Code("once", Stage.ONCE, partial(_call_no_more, for_good=True)),
+    "G92.2": Code("once", Stage.ONCE, partial(_call_no_more, for_good=False)),
     "G92.3": Code("once", Stage.ONCE, _call_again),
     **{
-        name: Code("motion", Stage.CYCLE, _go_by(Motion(name, _drill, is_cycle=True)))
-        for name in CYCLES
+        motion.name: Code("motion", Stage.CYCLE, partial(_go_by, motion=motion))
+        for motion in DRILLING
     },
-    "G80": Code("cycle", Stage.NO_CYCLE, _go_by(None)),
-    "G0": Code("motion", Stage.MOTION, _go_by(RAPID)),
-    "G1": Code("motion", Stage.MOTION, _go_by(STRAIGHT)),
-    "G2": Code("motion", Stage.MOTION, _go_by(CLOCKWISE)),
-    "G3": Code("motion", Stage.MOTION, _go_by(ANTICLOCKWISE)),
-    "M0 M25 M60 M226 M600 M601": Code("stop", Stage.STOP, _wait(StopKind.PAUSE)),
-    "M1": Code("stop", Stage.STOP, _wait(StopKind.OPTIONAL)),
+    "G80": Code("cycle", Stage.NO_CYCLE, partial(_go_by, motion=None)),
+    "G0": Code("motion", Stage.MOTION, partial(_go_by, motion=RAPID)),
+    "G1": Code("motion", Stage.MOTION, partial(_go_by, motion=STRAIGHT)),
+    "G2": Code("motion", Stage.MOTION, partial(_go_by, motion=CLOCKWISE)),
+    "G3": Code("motion", Stage.MOTION, partial(_go_by, motion=ANTICLOCKWISE)),
+    "M0 M25 M60 M226 M600 M601": Code("stop", Stage.STOP, partial(_wait, kind=StopKind.PAUSE)),
+    "M1": Code("stop", Stage.STOP, partial(_wait, kind=StopKind.OPTIONAL)),
     "M2 M30": Code("stop", Stage.STOP, _end),
 }
 CODES = {name: code for names, code in _ROWS.items() for name in names.split()}

@@ -24,7 +24,7 @@ class Dialect(Enum):
 
 
 class Customs(NamedTuple):
-    """What a dialect means where the dialects differ.
+    """What a dialect means where the dialects differ; by default, as most mills do.
 
     Attributes:
         dwell_unit: of the P of G4 [s].
@@ -42,16 +42,16 @@ class Customs(NamedTuple):
         names: commands of several letters that do not, either, by their begins.
     """
 
-    dwell_unit: float
-    feed_time: float
-    first_feed: float
-    rapid_at_feed: bool
-    homes_whole: bool
-    resets_without_axes: bool
-    turns_given: int | None
-    restores_at_61: bool
-    extrudes: bool
-    told: frozenset[str]
+    dwell_unit: float = 1.0
+    feed_time: float = MINUTE
+    first_feed: float = 0.0
+    rapid_at_feed: bool = False
+    homes_whole: bool = False
+    resets_without_axes: bool = False
+    turns_given: int | None = None
+    restores_at_61: bool = False
+    extrudes: bool = False
+    told: frozenset[str] = frozenset()
     told_letters: str = "E"
     names: tuple[str, ...] = ()
 
@@ -85,31 +85,32 @@ _EXTENDED = (
     *("SET_PRINT_STATS_INFO", "TIMELAPSE_", "BED_MESH_CLEAR", "RESPOND", "SET_DISPLAY_TEXT"),
 )
 
+_PRINTER = Customs(
+    dwell_unit=MILLIMETRE,
+    first_feed=25.0 * MILLIMETRE,
+    rapid_at_feed=True,
+    homes_whole=True,
+    extrudes=True,
+    told=_PRINTING,
+)
+
 CUSTOMS: Mapping[Dialect, Customs] = MappingProxyType(
     {
-        Dialect.NIST: Customs(
-            *(1.0, MINUTE, 0.0, False, False, False, 1, False, False, frozenset())
+        Dialect.NIST: Customs(turns_given=1),
+        Dialect.MARLIN: _PRINTER._replace(
+            turns_given=0, restores_at_61=True, told=_PRINTING | _codes("M", 420)
         ),
-        Dialect.MARLIN: Customs(
-            *(MILLIMETRE, MINUTE, 25.0 * MILLIMETRE, True, True, False, 0, True, True),
-            _PRINTING | _codes("M", 420),
+        Dialect.REPRAP: _PRINTER._replace(
+            first_feed=50.0 * MILLIMETRE, resets_without_axes=True, told=_PRINTING - _NOT_OF_REPRAP
         ),
-        Dialect.REPRAP: Customs(
-            *(MILLIMETRE, MINUTE, 50.0 * MILLIMETRE, True, True, True, None, False, True),
-            _PRINTING - _NOT_OF_REPRAP,
-        ),
-        Dialect.KLIPPER: Customs(
-            *(MILLIMETRE, MINUTE, 25.0 * MILLIMETRE, True, True, True, None, False, True),
-            _PRINTING,
-            names=_EXTENDED,
-        ),
-        Dialect.GRBL: Customs(
-            *(1.0, MINUTE, 0.0, False, False, False, None, False, False, frozenset()),
-            names=("$",),
-        ),
+        Dialect.KLIPPER: _PRINTER._replace(resets_without_axes=True, names=_EXTENDED),
+        Dialect.GRBL: Customs(names=("$",)),
         Dialect.DELTA_X: Customs(
-            *(MILLIMETRE, 1.0, 0.0, True, True, False, None, False, False),
-            _codes("M", 17, 18, 84, 203, 204, 205, 210, 211),
+            dwell_unit=MILLIMETRE,
+            feed_time=1.0,
+            rapid_at_feed=True,
+            homes_whole=True,
+            told=_codes("M", 17, 18, 84, 203, 204, 205, 210, 211),
             told_letters="AESJ",
         ),
     }
