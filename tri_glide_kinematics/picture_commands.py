@@ -136,15 +136,7 @@ def whole_number(least: int, most: int) -> Callable[[str], int]:
     return read
 
 
-def use_one_thread() -> None:
-    """Let the linear algebra library, when numpy is imported, begin no threads.
-
-    Matrices are small here: the threads would only wait for each other.
-    """
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
-
-def exit_code(name: str, output: Path, work: Callable[[], None]) -> int:
+def exit_code(name: str, output: Path, work: Callable[[], int | None], failed: int = 1) -> int:
     """Do the ``work`` of a command, and return its exit code.
 
     Until ``work`` has loaded what it needs, Ctrl-C ends the process at once; then it sets
@@ -153,29 +145,27 @@ def exit_code(name: str, output: Path, work: Callable[[], None]) -> int:
     Args:
         name: of the command, for its errors.
         output: folder that it writes to.
-        work: what it does.
+        work: what it does; it returns its exit code, or None for 0.
+        failed: exit code after an error.
 
     Returns:
-        0 if it is done, 1 after an error, 130 after Ctrl-C.
+        That of ``work``, or ``failed``, or 130 after Ctrl-C.
     """
-    use_one_thread()
+    # Matrices are small here: threads of the linear algebra library would only wait for each other.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     handler = signal.signal(signal.SIGINT, lambda *_: os._exit(128 + signal.SIGINT))
     try:
-        work()
+        return work() or 0
     except KinematicsError as error:
-        return _fail(name, str(error))
+        reason = str(error)
     except OSError as error:
-        return _fail(name, f"cannot write to {output}: {error.strerror or error}")
+        reason = f"cannot write to {output}: {error.strerror or error}"
     except ModuleNotFoundError as error:
-        return _fail(name, f"the Python module {error.name!r} is missing")
+        reason = f"the Python module {error.name!r} is missing"
     except KeyboardInterrupt:
         print(f"{name}: interrupted", file=sys.stderr)
         return 128 + signal.SIGINT
     finally:
         signal.signal(signal.SIGINT, handler)
-    return 0
-
-
-def _fail(name: str, message: str) -> int:
-    print(f"{name}: error: {message}", file=sys.stderr)
-    return 1
+    print(f"{name}: error: {reason}", file=sys.stderr)
+    return failed
