@@ -25,6 +25,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tri_glide_kinematics.commands.drive_report import ProgressLine, table
 from tri_glide_kinematics.control import TEACH_SPEED, in_teach_mode
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import PARAMETERS, SETTINGS, find_file
@@ -37,7 +38,6 @@ from tri_glide_kinematics.programs import (
     Program,
     ProgramCheck,
     ProgramRun,
-    ProgressLine,
     RunState,
     TellPart,
     Work,
@@ -52,7 +52,6 @@ from tri_glide_kinematics.programs import (
     load_own_settings,
     load_program,
     load_zeros,
-    table,
     tell_nobody,
     with_kept_zeros,
 )

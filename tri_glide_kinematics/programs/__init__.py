@@ -14,11 +14,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.dialects import Dialect as Dialect
     from tri_glide_kinematics.programs.drive_files import DriveFile as DriveFile
     from tri_glide_kinematics.programs.drive_files import DriveFileError as DriveFileError
-    from tri_glide_kinematics.programs.drive_files import ProgressLine as ProgressLine
-    from tri_glide_kinematics.programs.drive_files import StepReport as StepReport
-    from tri_glide_kinematics.programs.drive_files import in_millimetres as in_millimetres
     from tri_glide_kinematics.programs.drive_files import load_drive as load_drive
-    from tri_glide_kinematics.programs.drive_files import table as table
     from tri_glide_kinematics.programs.gcode import read_program as read_program
     from tri_glide_kinematics.programs.kept import KeptError as KeptError
     from tri_glide_kinematics.programs.kept import KeptLine as KeptLine
@@ -62,6 +58,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.run import ProgramMachine as ProgramMachine
     from tri_glide_kinematics.programs.run import ProgramRun as ProgramRun
     from tri_glide_kinematics.programs.run import RunNews as RunNews
+    from tri_glide_kinematics.programs.run import StepReport as StepReport
+    from tri_glide_kinematics.programs.run import in_millimetres as in_millimetres
     from tri_glide_kinematics.programs.settings import WORK_OFFSETS as WORK_OFFSETS
     from tri_glide_kinematics.programs.settings import ProgramSettings as ProgramSettings
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError

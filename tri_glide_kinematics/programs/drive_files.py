@@ -1,4 +1,4 @@
-"""Drives: the steps of a file such as ``config/drive_example.yaml``, with their results.
+"""Drive files: the steps of a file such as ``config/drive_example.yaml``.
 
 All of a file is checked before anything moves, as far as that is possible without the machine.
 """
@@ -6,11 +6,10 @@ All of a file is checked before anything moves, as far as that is possible witho
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, TextIO
+from typing import Any, NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
@@ -155,97 +154,3 @@ class _Reader:
 
     def _place(self, keys: Keys, key: str) -> Vector3:
         return scaled(keys.vector(key), self._unit)
-
-
-MILLIMETRES = 1000.0  # in a metre
-
-# Back to the start of the line, and nothing of what stood there.
-ANEW = "\r\033[K"
-
-
-@dataclass(frozen=True)
-class StepReport:
-    """The result of a step.
-
-    Attributes:
-        step: that it is about.
-        result: in a word or two.
-        is_good: whether the next step may begin.
-        time: that it took [s]; None if it was not driven.
-        length: of the way [m]; None if there is none, or it is not known.
-        deviation: largest distance from the path as programmed [m]; None if there is none, or if
-            nothing of it was driven.
-        text: the whole reason of the result; empty if there is nothing to say.
-    """
-
-    step: Step
-    result: str
-    is_good: bool = False
-    time: float | None = None
-    length: float | None = None
-    deviation: float | None = None
-    text: str = ""
-
-
-NOT_DRIVEN = "not driven"
-
-
-class ProgressLine:
-    """Says what is being done: on a terminal in one line, elsewhere in a line for each step."""
-
-    def __init__(self, output: TextIO | None = None) -> None:
-        """Write to ``output``; by default to what is the standard output then."""
-        self._output = output or sys.stdout
-        self._is_terminal = self._output.isatty()
-        self._is_open = False
-
-    def say(self, text: str) -> None:
-        """Write a line that stays."""
-        self._write(f"{ANEW if self._is_open else ''}drive: {text}\n")
-        self._is_open = False
-
-    def clear(self) -> None:
-        """Remove the line that does not stay."""
-        if self._is_open:
-            self._write(ANEW)
-            self._is_open = False
-
-    def show(self, text: str) -> None:
-        """Write a line in place of the last one; nothing where that is not possible."""
-        if self._is_terminal:
-            self._write(f"{ANEW}drive: {text}")
-            self._is_open = True
-
-    def _write(self, text: str) -> None:
-        self._output.write(text)
-        self._output.flush()
-
-
-def table(reports: Sequence[StepReport]) -> str:
-    """Return one line for each step: its number, or for one of a program the line that says it."""
-    lines = [report.step.line_at() for report in reports]
-    head = ("line" if any(lines) else "step", "", "result", "time", "length", "mean speed")
-    numbers = [line or number for number, line in enumerate(lines, 1)]
-    rows = [(*head, "largest deviation"), *map(_row, numbers, reports)]
-    return "\n".join(
-        f"{number:>4}  {kind:6}  {result:11}{time:>10}{length:>13}{speed:>14}{deviation:>19}"
-        for number, kind, result, time, length, speed, deviation in rows
-    )
-
-
-def _row(number: int, report: StepReport) -> tuple[str, ...]:
-    speed = report.length / report.time if report.length and report.time else None
-    return (
-        str(number),
-        report.step.word,
-        report.result,
-        "-" if report.time is None else f"{report.time:.2f} s",
-        in_millimetres(report.length, 1),
-        in_millimetres(speed, 1, "mm/s"),
-        in_millimetres(report.deviation, 3),
-    )
-
-
-def in_millimetres(value: float | None, digits: int, unit: str = "mm") -> str:
-    """Return a length [m] or a speed [m/s] as text; a dash for none."""
-    return "-" if value is None else f"{MILLIMETRES * value:.{digits}f} {unit}"

@@ -16,7 +16,6 @@ from typing import NamedTuple, Protocol, TypeVar
 from tri_glide_kinematics.control import WAS_STOPPED, OperatingState
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
-from tri_glide_kinematics.programs.drive_files import NOT_DRIVEN, StepReport, in_millimetres
 from tri_glide_kinematics.programs.kept import LineKeeper, RunState
 from tri_glide_kinematics.programs.program import (
     Dwell,
@@ -56,6 +55,8 @@ LONGEST_PAUSE = 0.7
 # Outputs that a program which ends before its end does not leave on, however it ends.
 SWITCHED_OFF = ("spindle", "flood", "mist")
 
+MILLIMETRES = 1000.0  # in a metre
+
 # In these states the machine rests when its speed is 0, and nobody else has it move.
 RESTING = (
     OperatingState.IDLE,
@@ -63,6 +64,33 @@ RESTING = (
     OperatingState.DISABLED,
     OperatingState.WAITING,
 )
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """The result of a step.
+
+    Attributes:
+        step: that it is about.
+        result: in a word or two.
+        is_good: whether the next step may begin.
+        time: that it took [s]; None if it was not driven.
+        length: of the way [m]; None if there is none, or it is not known.
+        deviation: largest distance from the path as programmed [m]; None if there is none, or if
+            nothing of it was driven.
+        text: the whole reason of the result; empty if there is nothing to say.
+    """
+
+    step: Step
+    result: str
+    is_good: bool = False
+    time: float | None = None
+    length: float | None = None
+    deviation: float | None = None
+    text: str = ""
+
+
+NOT_DRIVEN = "not driven"
 
 
 class GoalProgress(NamedTuple):
@@ -727,3 +755,8 @@ def _name(code: GoalCode) -> str:
 
 
 SUPERSEDED = _name(GoalCode.SUPERSEDED)
+
+
+def in_millimetres(value: float | None, digits: int, unit: str = "mm") -> str:
+    """Return a length [m] or a speed [m/s] as text; a dash for none."""
+    return "-" if value is None else f"{MILLIMETRES * value:.{digits}f} {unit}"
