@@ -11,7 +11,6 @@ from tri_glide_kinematics.programs import (
     Dialect,
     Dwell,
     Output,
-    PathRun,
     ProgramError,
     ProgramSettings,
     ProgramStop,
@@ -33,7 +32,7 @@ def read(text, dialect=NIST, **settings):
 def runs(text, dialect=NIST, **settings):
     """Return the paths of a program."""
     steps = read(f"{text}\n", dialect, **settings).steps
-    return [step for step in steps if isinstance(step, PathRun)]
+    return [run for step in steps for run in step.runs]
 
 
 def ends(text, dialect=NIST, **settings):
