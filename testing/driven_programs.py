@@ -70,13 +70,13 @@ def drive_program(
     """Drive each path of a program, with the speed override changed at random meanwhile."""
     found = DrivenProgram()
     pieces = iter([_sample(each) for each in written.meant if isinstance(each, Piece)])
-    for step in read_program(written.text, written.settings).steps:
-        if isinstance(step, PathRun):
-            own = [next(pieces) for _ in range(len(step.segments))]
-            try:
-                _drive_run(step, own, rng, shaper, found)
-            except KinematicsError:
-                found.refused += 1
+    steps = read_program(written.text, written.settings).steps
+    for run in (run for step in steps for run in step.runs):
+        own = [next(pieces) for _ in range(len(run.segments))]
+        try:
+            _drive_run(run, own, rng, shaper, found)
+        except KinematicsError:
+            found.refused += 1
     return found
 
 

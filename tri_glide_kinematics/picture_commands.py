@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import shlex
 import signal
@@ -13,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.files import PACKAGE, write_file
+from tri_glide_kinematics.files import PACKAGE, PARAMETERS, write_file
 from tri_glide_kinematics.keys import UNITS
 
 if TYPE_CHECKING:
@@ -71,15 +72,71 @@ def add_unit(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def use_one_thread() -> None:
-    """Let the linear algebra library, when numpy is imported, begin no threads.
+def add_node_argument(parser: argparse.ArgumentParser) -> None:
+    """Add what tells a command whose parameters of a file are those of the machine."""
+    parser.add_argument(
+        "--node",
+        default="/ik_node",
+        metavar="NAME",
+        help="full name of the node whose parameters they are (default: /ik_node)",
+    )
 
-    Matrices are small here: the threads would only wait for each other.
-    """
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what tells a command about the machine: the rate, and where its parameters are."""
+    parser.add_argument(
+        "--rate",
+        type=above_zero("hertz"),
+        metavar="HZ",
+        help="of the setpoints (default: the parameter rate)",
+    )
+    add_parameter_arguments(parser)
 
 
-def exit_code(name: str, output: Path, work: Callable[[], None]) -> int:
+def add_parameter_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what tells a command where the parameters of the machine are."""
+    add_file(
+        parser,
+        "--parameters",
+        f"parameters of the machine (default: {PARAMETERS})",
+        Path(PARAMETERS),
+    )
+    add_node_argument(parser)
+
+
+def number(what: str, above: float = -math.inf) -> Callable[[str], float]:
+    """Return what reads a finite number of an option; ``what`` names it in errors."""
+
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and value > above):
+            raise argparse.ArgumentTypeError(f"{text!r} is not {what}")
+        return value
+
+    return read
+
+
+def above_zero(unit: str) -> Callable[[str], float]:
+    """Return what reads a number of an option that is greater than 0."""
+    return number(f"a number of {unit} greater than 0", 0.0)
+
+
+def whole_number(least: int, most: int) -> Callable[[str], int]:
+    """Return what reads a whole number of an option, not negative and within bounds."""
+
+    def read(text: str) -> int:
+        if not text.isdecimal() or not least <= int(text) <= most:
+            reason = f"is not a whole number from {least} to {most}"
+            raise argparse.ArgumentTypeError(f"{text!r} {reason}")
+        return int(text)
+
+    return read
+
+
+def exit_code(name: str, output: Path, work: Callable[[], int | None], failed: int = 1) -> int:
     """Do the ``work`` of a command, and return its exit code.
 
     Until ``work`` has loaded what it needs, Ctrl-C ends the process at once; then it sets
@@ -88,29 +145,27 @@ def exit_code(name: str, output: Path, work: Callable[[], None]) -> int:
     Args:
         name: of the command, for its errors.
         output: folder that it writes to.
-        work: what it does.
+        work: what it does; it returns its exit code, or None for 0.
+        failed: exit code after an error.
 
     Returns:
-        0 if it is done, 1 after an error, 130 after Ctrl-C.
+        That of ``work``, or ``failed``, or 130 after Ctrl-C.
     """
-    use_one_thread()
+    # Matrices are small here: threads of the linear algebra library would only wait for each other.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     handler = signal.signal(signal.SIGINT, lambda *_: os._exit(128 + signal.SIGINT))
     try:
-        work()
+        return work() or 0
     except KinematicsError as error:
-        return _fail(name, str(error))
+        reason = str(error)
     except OSError as error:
-        return _fail(name, f"cannot write to {output}: {error.strerror or error}")
+        reason = f"cannot write to {output}: {error.strerror or error}"
     except ModuleNotFoundError as error:
-        return _fail(name, f"the Python module {error.name!r} is missing")
+        reason = f"the Python module {error.name!r} is missing"
     except KeyboardInterrupt:
         print(f"{name}: interrupted", file=sys.stderr)
         return 128 + signal.SIGINT
     finally:
         signal.signal(signal.SIGINT, handler)
-    return 0
-
-
-def _fail(name: str, message: str) -> int:
-    print(f"{name}: error: {message}", file=sys.stderr)
-    return 1
+    print(f"{name}: error: {reason}", file=sys.stderr)
+    return failed

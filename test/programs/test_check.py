@@ -15,8 +15,6 @@ from tri_glide_kinematics.motion import (
 )
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.programs import (
-    Dwell,
-    PathRun,
     ProgramError,
     ProgramSettings,
     check_program,
@@ -41,14 +39,13 @@ def driven(program, limits=LIMITS):
     moving = engine(limits=limits, heights=MACHINE.inverse(HOME))
     duration = length = 0.0
     for step in program.steps:
-        if isinstance(step, PathRun):
-            moving.follow(at_once(step.segments.path_from(step.start)))
+        duration += step.rest
+        for run in step.runs:
+            moving.follow(at_once(run.segments.path_from(run.start)))
             heights = run_to_rest(moving)
             duration += DT * (len(heights) - 1)
             places = np.array([MACHINE.forward(row) for row in heights])
             length += float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
-        elif isinstance(step, Dwell):
-            duration += step.duration
     assert moving.phase is MotionPhase.IDLE
     return duration, length, place(moving)
 
@@ -91,7 +88,7 @@ def test_the_time_told_is_the_time_driven(name):
     assert told.duration == pytest.approx(duration, rel=0.01, abs=0.005)
     assert told.length == pytest.approx(length, rel=1e-3)
     assert told.duration == pytest.approx(sum(told.durations))
-    last = [step for step in program.steps if isinstance(step, PathRun)][-1]
+    last = [run for step in program.steps for run in step.runs][-1]
     path = at_once(last.segments.path_from(last.start))
     assert end == pytest.approx(np.array(path.end), abs=1e-6)
 
@@ -101,7 +98,7 @@ def test_the_time_told_has_that_of_a_shaper_at_stops(name):
     program = read_program(PROGRAMS[name], SETTINGS)
     shaper = Shaper.of(ShaperKind.ZV, Mode(15.0, 0.05))
     told = check_program(program, WORKSPACE, LIMITS, shaper)
-    (run,) = [step for step in program.steps if isinstance(step, PathRun)]
+    (run,) = [run for step in program.steps for run in step.runs]
     path = at_once(run.segments.path_from(run.start))
     assert told.is_shaped
     assert told.duration == pytest.approx(

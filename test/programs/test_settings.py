@@ -104,8 +104,8 @@ def test_settings_of_each_kind_come_with_the_package(dialect):
         ({"tools": {0: [0, 0, 0]}}, "tool 0 must be a whole number, at least 1"),
         ({"tolerance": -1}, "tolerance: is -1, must be at least 0"),
         ({"feed": -1}, "feed: is -1, must be at least 0"),
-        ({"block_delete": 1}, "block_delete: must be true or false"),
-        ({"ignored": "M104"}, "ignored: must be a list of commands"),
+        ({"block_delete": 1}, "block_delete: is 1, must be true or false"),
+        ({"ignored": "M104"}, "ignored: is .M104., must be a list of texts"),
         ({"speed": 1}, "speed: is not known here; known are dialect, unit"),
     ],
 )

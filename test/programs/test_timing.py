@@ -9,7 +9,6 @@ from motion_machine import DT, LIMITS, MACHINE, SHAPER, WORKSPACE, within
 from tri_glide_kinematics.motion import MotionKind, plan_move
 from tri_glide_kinematics.motion.path import PathPlaceError
 from tri_glide_kinematics.programs import (
-    Dwell,
     NoMotionError,
     ProgramError,
     check_program,
@@ -42,7 +41,7 @@ def test_a_program_is_as_long_as_its_check_says_and_rests_where_it_dwells():
     assert timed.trajectory.duration == pytest.approx(told.duration, rel=1e-2)
     assert timed.begins[-1] == pytest.approx(timed.trajectory.duration, abs=1e-9)
     assert timed.steps == program.steps
-    (dwell,) = (index for index, step in enumerate(timed.steps) if isinstance(step, Dwell))
+    (dwell,) = (index for index, step in enumerate(timed.steps) if step.rest)
     begin, end = timed.begins[dwell : dwell + 2]
     assert end - begin == pytest.approx(timed.steps[dwell].duration)
     rest = timed.trajectory.sample(np.linspace(begin, end, 20))
@@ -57,7 +56,7 @@ def test_a_drive_file_is_moves_paths_and_waits(kind, shaper):
     drive = load_drive(CONFIG / "drive_example.yaml")
     timed = time_steps(drive, WORKSPACE, LIMITS, kind=kind, shaper=shaper)
     assert within(sampled(timed).heights)
-    (wait,) = (index for index, step in enumerate(timed.steps) if isinstance(step, Dwell))
+    (wait,) = (index for index, step in enumerate(timed.steps) if step.rest)
     durations = np.diff(timed.begins)
     assert durations[wait] == pytest.approx(0.5)
     # It begins where its first move ends.

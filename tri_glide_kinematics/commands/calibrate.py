@@ -1,8 +1,4 @@
-"""The command ``calibrate``: from measurements to a report, a picture, a parameter file.
-
-Slow modules are imported after the command line has been read, so that a mistake in it is
-told at once and Ctrl-C ends the process while modules are still being loaded.
-"""
+"""The command ``calibrate``: from measurements to a report, a picture, a parameter file."""
 
 from __future__ import annotations
 
@@ -13,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.picture_commands import add_output, exit_code
+from tri_glide_kinematics.picture_commands import add_output, exit_code, whole_number
 
 REPORT, PICTURE, PARAMETERS = "calibration.txt", "calibration.png", "calibrated.yaml"
 MEASUREMENTS = "measurements.yaml"
@@ -121,7 +117,7 @@ def make_parser() -> argparse.ArgumentParser:
         )
     parser.add_argument(
         "--next",
-        type=_count,
+        type=whole_number(0, 100),
         default=5,
         metavar="N",
         help="how many measurements to propose, 0 to 100 (default: 5)",
@@ -132,12 +128,6 @@ def make_parser() -> argparse.ArgumentParser:
         help="write the parameter file even if measurements and assumptions contradict each other",
     )
     return parser
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) > 100:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to 100")
-    return int(text)
 
 
 if __name__ == "__main__":

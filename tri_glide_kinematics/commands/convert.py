@@ -1,8 +1,4 @@
-"""The command ``convert``: settings of a firmware to a parameter file, and back; without ROS.
-
-Slow modules are imported after the command line has been read, so that a mistake in it is
-told at once and Ctrl-C ends the process while modules are still being loaded.
-"""
+"""The command ``convert``: settings of a firmware to a parameter file, and back; without ROS."""
 
 from __future__ import annotations
 

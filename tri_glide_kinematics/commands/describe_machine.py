@@ -1,20 +1,14 @@
-"""The command ``describe_machine``: a machine as URDF and as MJCF; without ROS.
-
-Slow modules are imported after the command line has been read, so that a mistake in it is
-told at once and Ctrl-C ends the process while modules are still being loaded.
-"""
+"""The command ``describe_machine``: a machine as URDF and as MJCF; without ROS."""
 
 from __future__ import annotations
 
 import argparse
-import math
 import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.commands.draw_motion import add_node_argument
-from tri_glide_kinematics.picture_commands import add_file, exit_code
+from tri_glide_kinematics.picture_commands import above_zero, add_file, add_node_argument, exit_code
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -26,11 +20,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
     """
-    parser = make_parser()
-    options = parser.parse_args(arguments)
-    distance = options.rod_distance
-    if distance is not None and not 0.0 < distance < math.inf:
-        parser.error(f"--rod-distance {distance:g}: must be greater than 0 m")
+    options = make_parser().parse_args(arguments)
     targets = [each for each in (options.urdf, options.mjcf) if each]
     folder = targets[0].parent if targets else Path()
     return exit_code("describe_machine", folder, lambda: _describe(options))
@@ -86,7 +76,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_file(parser, "--mjcf", "write the MJCF to this file")
     parser.add_argument(
         "--rod-distance",
-        type=float,
+        type=above_zero("metres"),
         metavar="METRES",
         help="distance of the two rods of an arm (default: 0.072 of the longest arm)",
     )

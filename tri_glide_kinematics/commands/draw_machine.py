@@ -1,21 +1,17 @@
-"""The command ``draw_machine``: maps of a machine, and the surface of its workspace; without ROS.
-
-Slow modules are imported after the command line has been read, so that a mistake in it is
-told at once and Ctrl-C ends the process while modules are still being loaded.
-"""
+"""The command ``draw_machine``: maps of a machine, the surface of its workspace; without ROS."""
 
 from __future__ import annotations
 
 import argparse
-import math
 import signal
 import sys
 from collections.abc import Sequence
 
-from tri_glide_kinematics.commands.draw_motion import add_node_argument
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
+    above_zero,
     add_file,
+    add_node_argument,
     command_parser,
     exit_code,
     save_figure,
@@ -31,10 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
     """
-    parser = make_parser()
-    options = parser.parse_args(arguments)
-    if not 0.0 < options.resolution < math.inf:
-        parser.error(f"--resolution {options.resolution:g}: must be greater than 0 m")
+    options = make_parser().parse_args(arguments)
     return exit_code("draw_machine", options.output, lambda: _draw(options))
 
 
@@ -112,7 +105,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_node_argument(parser)
     parser.add_argument(
         "--resolution",
-        type=float,
+        type=above_zero("metres"),
         default=1e-5,
         metavar="METRES",
         help="step of the drives (default: 0.00001)",

@@ -1,8 +1,4 @@
-"""The command ``draw_motion``: the motion of a file, as a picture and as setpoints; without ROS.
-
-Slow modules are imported after the command line has been read, so that a mistake in it is
-told at once and Ctrl-C ends the process while modules are still being loaded.
-"""
+"""The command ``draw_motion``: the motion of a file, as a picture and as setpoints; without ROS."""
 
 from __future__ import annotations
 
@@ -13,10 +9,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.files import PARAMETERS, SETTINGS, find_file
+from tri_glide_kinematics.files import SETTINGS, find_file
 from tri_glide_kinematics.picture_commands import (
     MILLIMETRES,
     add_file,
+    add_machine_arguments,
     add_unit,
     command_parser,
     exit_code,
@@ -47,38 +44,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return exit_code("draw_motion", options.output, lambda: _draw(options))
 
 
-def add_node_argument(parser: argparse.ArgumentParser) -> None:
-    """Add what tells a command whose parameters of a file are those of the machine."""
-    parser.add_argument(
-        "--node",
-        default="/ik_node",
-        metavar="NAME",
-        help="full name of the node whose parameters they are (default: /ik_node)",
-    )
-
-
-def add_machine_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add what tells a command about the machine: the rate, and where its parameters are."""
-    parser.add_argument(
-        "--rate",
-        type=float,
-        metavar="HZ",
-        help="of the setpoints (default: the parameter rate)",
-    )
-    add_parameter_arguments(parser)
-
-
-def add_parameter_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add what tells a command where the parameters of the machine are."""
-    add_file(
-        parser,
-        "--parameters",
-        f"parameters of the machine (default: {PARAMETERS})",
-        Path(PARAMETERS),
-    )
-    add_node_argument(parser)
-
-
 def _draw(options: argparse.Namespace) -> None:
     """Plan the motion and write all files.
 
@@ -92,7 +57,6 @@ def _draw(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.figures import Span, file_figure
     from tri_glide_kinematics.motion import CommandStream, MotionKind
     from tri_glide_kinematics.programs import (
-        DriveFile,
         load_own_settings,
         load_work,
         time_steps,
@@ -110,7 +74,7 @@ def _draw(options: argparse.Namespace) -> None:
     file, parameters = find_file(options.file), find_file(options.parameters)
     values = file_values(str(parameters), options.node, IK_NODE)
     work = load_work(file, load_own_settings(options.settings), options.unit)
-    if isinstance(work, DriveFile) and work.frame not in ("", values["base_frame"]):
+    if work.frame not in ("", values["base_frame"]):
         raise KinematicsError(
             f"{file}: its places are in the frame {work.frame}, and where that is from "
             f"{values['base_frame']} is known to a running machine only"

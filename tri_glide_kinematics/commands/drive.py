@@ -25,6 +25,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tri_glide_kinematics.commands.drive_report import ProgressLine, table
 from tri_glide_kinematics.control import TEACH_SPEED, in_teach_mode
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import PARAMETERS, SETTINGS, find_file
@@ -34,13 +35,12 @@ from tri_glide_kinematics.programs import (
     POINTS_ENDING,
     PROGRAM_ENDINGS,
     START_TIMEOUT,
-    DriveFile,
     Program,
     ProgramCheck,
     ProgramRun,
-    ProgressLine,
     RunState,
     TellPart,
+    Work,
     check_program,
     default_kept_file,
     default_zeros_file,
@@ -52,7 +52,6 @@ from tri_glide_kinematics.programs import (
     load_own_settings,
     load_program,
     load_zeros,
-    table,
     tell_nobody,
     with_kept_zeros,
 )
@@ -282,7 +281,67 @@ def _begin(options: argparse.Namespace) -> int:
     return int(vars(options)["from"])
 
 
-def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
+class _Steps:
+    """A drive file, from its first step on: ``ik_node`` proves each step when it is its turn.
+
+    Attributes:
+        work: what is driven.
+        kept: file that says how far it came; None for none.
+    """
+
+    kept: Path | None = None
+
+    def __init__(self, work: Work, options: argparse.Namespace) -> None:
+        self.work = work
+        self.options = options
+
+    def go_to_begin(self, namespace: str) -> None:
+        """Take what is to be driven of it, on the machine in a ``namespace``."""
+
+    def ask(self, terminal: _Terminal, link: ProgramLink) -> None:
+        """Ask the machine for what has to be known of it."""
+
+    def prove(self) -> None:
+        """Prove that it can be driven on this machine, and tell what is known of it."""
+
+    def check(self) -> None:
+        """Tell what is known of it without a machine."""
+        count = len(self.work.steps)
+        print(f"drive: {self.work.file} has {count} step{'' if count == 1 else 's'}")
+
+
+class _Lines(_Steps):
+    """A program, from a line on, which is proved before anything moves."""
+
+    def __init__(self, program: Program, options: argparse.Namespace) -> None:
+        super().__init__(program, options)
+        self._program = program
+        self._line = _begin(options)
+        self._is_teaching = False
+
+    def go_to_begin(self, namespace: str) -> None:
+        self.kept = self.options.progress or default_kept_file(namespace)
+        if self.options.go_on:
+            self._line = line_to_go_on_from(self.kept, self._program)
+        self._take_rest()
+
+    def _take_rest(self) -> None:
+        self.work = self._program = from_line(self._program, self._line)
+
+    def ask(self, terminal: _Terminal, link: ProgramLink) -> None:
+        self._values, self._is_teaching = terminal.parameters(), terminal.is_teaching(link)
+
+    def prove(self) -> None:
+        _tell_check(self._program, self._values, self._line, is_teaching=self._is_teaching)
+
+    def check(self) -> None:
+        parameters = find_file(self.options.parameters or Path(PARAMETERS))
+        self._values = file_values(str(parameters), "/ik_node", IK_NODE)
+        self._take_rest()
+        self.prove()
+
+
+def _drive(job: _Steps, options: argparse.Namespace) -> int:
     """Drive the content of a file, and return the exit code."""
     import rclpy
     from rclpy.node import Node
@@ -298,29 +357,24 @@ def _drive(work: Program | DriveFile, options: argparse.Namespace) -> int:
     try:
         node = Node("drive")
         terminal, link = _Terminal(node), ProgramLink(node)
-        kept = None
-        if isinstance(work, Program):
-            kept = options.progress or default_kept_file(node.get_namespace())
-            line = line_to_go_on_from(kept, work) if options.go_on else _begin(options)
-            work = from_line(work, line)
-            values, is_teaching = terminal.parameters(), terminal.is_teaching(link)
+        job.go_to_begin(node.get_namespace())
+        job.ask(terminal, link)
         # From here on a stop ends it, also while it is checked.
         run = ProgramRun(
             link,
-            work,
+            job.work,
             single_block=options.single_block,
-            kept=kept,
+            kept=job.kept,
             approach=0.001 * options.approach,
             say=terminal.say,
         )
-        if isinstance(work, Program):
-            _tell_check(work, values, line, is_teaching=is_teaching)
-            terminal.catch_up()
+        job.prove()
+        terminal.catch_up()
         # They are counted: the second one ends the command, not the process.
         signals = EndSignals()
         signals.call(lambda: None)
         # A user who goes on where the program ended at a stop lets it pass.
-        first = next((step for step in work.steps if step.takes_time), None)
+        first = next((step for step in job.work.steps if step.takes_time), None)
         terminal.drive(run, signals.came, first if options.go_on else None)
         signals.ignore()
     finally:
@@ -459,7 +513,7 @@ def main() -> int:
         )
     try:
         file = find_file(arguments.file)
-        work: Program | DriveFile
+        job: _Steps
         if is_program(file):
             settings_file = find_file(arguments.settings or Path(SETTINGS))
             zeros_file = arguments.work_zero or default_zeros_file(_namespace(sys.argv))
@@ -469,22 +523,15 @@ def main() -> int:
                 print(f"drive: what they do not name is as in {packaged}", flush=True)
             settings = with_kept_zeros(load_own_settings(settings_file), zeros_file)
             stops = arguments.optional_stops
-            work = load_program(file, replace(settings, optional_stop=stops), arguments.unit)
-            if work.guess:
-                print(f"drive: {file}: {work.guess}", flush=True)
+            program = load_program(file, replace(settings, optional_stop=stops), arguments.unit)
+            if program.guess:
+                print(f"drive: {file}: {program.guess}", flush=True)
+            job = _Lines(program, arguments)
         else:
-            work = load_drive(file)
+            job = _Steps(load_drive(file), arguments)
         if not arguments.check:
-            return _drive(work, arguments)
-        if isinstance(work, Program):
-            parameters = find_file(arguments.parameters or Path(PARAMETERS))
-            values = file_values(str(parameters), "/ik_node", IK_NODE)
-            line = _begin(arguments)
-            rest = from_line(work, line)
-            _tell_check(rest, values, line)
-        else:
-            count = len(work.steps)
-            print(f"drive: {file} has {count} step{'' if count == 1 else 's'}")
+            return _drive(job, arguments)
+        job.check()
         return 0
     except KinematicsError as error:
         print(f"drive: error: {error}", file=sys.stderr)

@@ -6,15 +6,18 @@ It needs no ROS. With ``--excite`` it writes the moves that ``drive`` drives mea
 from __future__ import annotations
 
 import argparse
-import math
 import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.commands.draw_motion import add_parameter_arguments
 from tri_glide_kinematics.files import find_file
-from tri_glide_kinematics.picture_commands import exit_code
+from tri_glide_kinematics.picture_commands import (
+    above_zero,
+    add_parameter_arguments,
+    exit_code,
+    number,
+)
 
 FIRST_LINE = "# Moves that tell the most of masses and friction; written by identify."
 
@@ -43,8 +46,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             parser.error(f"--{name.replace('_', '-')} is for {what}")
     if options.any_arms and options.write is not None:
         parser.error("--write is for uniform arms: --any-arms tells sums, which no parameter is")
-    if not 0.0 < options.duration < math.inf:
-        parser.error(f"--duration {options.duration:g}: must be greater than 0 s")
     output = options.write or options.excite or Path()
     work = _identify if options.excite is None else _excite
     return exit_code("identify", output, lambda: work(options))
@@ -128,14 +129,8 @@ def _identify(options: argparse.Namespace) -> None:
 
 
 def _known(text: str) -> tuple[str, float]:
-    name, _, number = text.partition("=")
-    try:
-        value = float(number)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a name, =, and a number")
-    return name.strip(), value
+    name, _, value = text.partition("=")
+    return name.strip(), number("a number behind a name and =")(value)
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -159,7 +154,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--duration",
-        type=float,
+        type=above_zero("seconds"),
         default=60.0,
         metavar="S",
         help="of the moves, at least (default: 60)",

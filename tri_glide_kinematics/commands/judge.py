@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
-import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.commands.draw_motion import add_machine_arguments
 from tri_glide_kinematics.files import find_file
-from tri_glide_kinematics.picture_commands import use_one_thread
+from tri_glide_kinematics.picture_commands import add_machine_arguments, exit_code
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -24,16 +21,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if all is kept, 1 if something is not, 2 if that cannot be found out.
     """
     options = make_parser().parse_args(arguments)
-    use_one_thread()
-    handler = signal.signal(signal.SIGINT, lambda *_: os._exit(128 + signal.SIGINT))
-    try:
-        return _judge(options)
-    finally:
-        signal.signal(signal.SIGINT, handler)
+    return exit_code("judge", Path(), lambda: _judge(options), failed=2)
 
 
 def _judge(options: argparse.Namespace) -> int:
-    from tri_glide_kinematics.errors import KinematicsError
+    """Tell what is kept, and return 0, or 1 if something is not; raises ``KinematicsError``."""
     from tri_glide_kinematics.motion.limits import QUANTITIES
     from tri_glide_kinematics.recordings import judge, load_recording
     from tri_glide_kinematics.settings import (
@@ -44,23 +36,19 @@ def _judge(options: argparse.Namespace) -> int:
     )
     from tri_glide_kinematics.wording import number_text
 
-    try:
-        parameters = find_file(options.parameters)
-        values = file_values(str(parameters), options.node, IK_NODE)
-        recording = load_recording(options.file, values["joint_names"], options.topic)
-        workspace = workspace_of(values)
-        judgement = judge(
-            recording,
-            workspace,
-            scaled_limits_of(values, workspace.machine),
-            1.0 / (options.rate or values["rate"]),
-            longest_gap=options.gap,
-            may_pause=options.pauses,
-            height_offsets=values["height_offsets"],
-        )
-    except KinematicsError as error:
-        print(f"judge: error: {error}", file=sys.stderr)
-        return 2
+    parameters = find_file(options.parameters)
+    values = file_values(str(parameters), options.node, IK_NODE)
+    recording = load_recording(options.file, values["joint_names"], options.topic)
+    workspace = workspace_of(values)
+    judgement = judge(
+        recording,
+        workspace,
+        scaled_limits_of(values, workspace.machine),
+        1.0 / (options.rate or values["rate"]),
+        longest_gap=options.gap,
+        may_pause=options.pauses,
+        height_offsets=values["height_offsets"],
+    )
     stretches = f", {judgement.beginnings} stretches" if judgement.beginnings > 1 else ""
     print(
         f"{options.file} with {parameters}: {judgement.rows} setpoints{stretches}, "

@@ -3,9 +3,6 @@
 Its option ``--machine`` lets ``calibration_node`` record the swings, and ROS is loaded for it only.
 There, Ctrl-C stops the machine; once more ends the command at once, while the platform may still
 move.
-
-Slow modules are imported after the command line has been read, so that a mistake in it is
-told at once and Ctrl-C ends the process while modules are still being loaded.
 """
 
 from __future__ import annotations
@@ -22,7 +19,7 @@ from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import find_file
-from tri_glide_kinematics.picture_commands import add_file, add_output, exit_code, next_line
+from tri_glide_kinematics.picture_commands import add_file, add_output, exit_code, next_line, number
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -226,7 +223,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--from",
         dest="start",
-        type=_time,
+        type=number("a number of seconds"),
         default=-math.inf,
         metavar="S",
         help="time in the file at which the motion is over [s] (default: the first)",
@@ -234,7 +231,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--to",
         dest="end",
-        type=_time,
+        type=number("a number of seconds"),
         default=math.inf,
         metavar="S",
         help="time in the file at which the next motion begins [s] (default: the last)",
@@ -251,16 +248,6 @@ def make_parser() -> argparse.ArgumentParser:
         "--shaper", choices=SHAPERS, default="ei", help="that the file names (default: ei)"
     )
     return parser
-
-
-def _time(text: str) -> float:
-    try:
-        time = float(text)
-    except ValueError:
-        time = math.nan
-    if not math.isfinite(time):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds")
-    return time
 
 
 if __name__ == "__main__":

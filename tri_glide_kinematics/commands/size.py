@@ -1,8 +1,4 @@
-"""The command ``size``: from what a machine has to do to its lengths and motors; without ROS.
-
-Slow modules are imported after the command line has been read, so that a mistake in it is
-told at once and Ctrl-C ends the process while modules are still being loaded.
-"""
+"""The command ``size``: from what a machine has to do to its lengths and motors; without ROS."""
 
 from __future__ import annotations
 
@@ -55,18 +51,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     options = make_parser().parse_args(arguments)
     folder = options.write.parent if options.write else Path(".")
-    possible = True
-
-    def work() -> None:
-        nonlocal possible
-        possible = _size(options)
-
-    code = exit_code("size", folder, work)
-    return code if code or possible else 1
+    return exit_code("size", folder, lambda: _size(options))
 
 
-def _size(options: argparse.Namespace) -> bool:
-    """Size a machine, tell of it and write its file; return whether the wish is possible.
+def _size(options: argparse.Namespace) -> int:
+    """Size a machine, tell of it and write its file; return 0, or 1 for an impossible wish.
 
     Raises:
         KinematicsError: if the wish has a wrong number, or the duty cycle cannot be driven.
@@ -105,7 +94,7 @@ def _size(options: argparse.Namespace) -> bool:
         # Nodes bound their parameters, too.
         file_values(str(options.write), "/ik_node", IK_NODE)
         print(f"parameter file for all nodes, of the machine of {heads[0]}: {options.write}")
-    return possible
+    return 0 if possible else 1
 
 
 def _wish(options: argparse.Namespace) -> Wish:

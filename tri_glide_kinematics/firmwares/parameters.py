@@ -197,7 +197,6 @@ def firmware_text(values: Values, origin: FirmwareSettings | None, firmware: Fir
             meant = "reach" if name == reach_name else name
             if not any(re.match(pattern, meant) for pattern in patterns):
                 texts[name] = origin.said[name].text
-    order, remarks = [0, 1, 2], list[str]()
     if changed[0]:
         machine = MachineParameters(machine_of(values).geometry, values["height_offsets"])
         offset = origin.probe_offset if origin and before else 0.0

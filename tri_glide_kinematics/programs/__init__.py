@@ -11,13 +11,10 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.check import TimeLeft as TimeLeft
     from tri_glide_kinematics.programs.check import check_program as check_program
     from tri_glide_kinematics.programs.check import time_steps as time_steps
+    from tri_glide_kinematics.programs.dialects import Dialect as Dialect
     from tri_glide_kinematics.programs.drive_files import DriveFile as DriveFile
     from tri_glide_kinematics.programs.drive_files import DriveFileError as DriveFileError
-    from tri_glide_kinematics.programs.drive_files import ProgressLine as ProgressLine
-    from tri_glide_kinematics.programs.drive_files import StepReport as StepReport
-    from tri_glide_kinematics.programs.drive_files import in_millimetres as in_millimetres
     from tri_glide_kinematics.programs.drive_files import load_drive as load_drive
-    from tri_glide_kinematics.programs.drive_files import table as table
     from tri_glide_kinematics.programs.gcode import read_program as read_program
     from tri_glide_kinematics.programs.kept import KeptError as KeptError
     from tri_glide_kinematics.programs.kept import KeptLine as KeptLine
@@ -50,6 +47,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.program import ProgramStop as ProgramStop
     from tri_glide_kinematics.programs.program import Step as Step
     from tri_glide_kinematics.programs.program import StopKind as StopKind
+    from tri_glide_kinematics.programs.program import Work as Work
     from tri_glide_kinematics.programs.program import from_line as from_line
     from tri_glide_kinematics.programs.run import APPROACH_SPEED as APPROACH_SPEED
     from tri_glide_kinematics.programs.run import START_TIMEOUT as START_TIMEOUT
@@ -60,8 +58,9 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.programs.run import ProgramMachine as ProgramMachine
     from tri_glide_kinematics.programs.run import ProgramRun as ProgramRun
     from tri_glide_kinematics.programs.run import RunNews as RunNews
+    from tri_glide_kinematics.programs.run import StepReport as StepReport
+    from tri_glide_kinematics.programs.run import in_millimetres as in_millimetres
     from tri_glide_kinematics.programs.settings import WORK_OFFSETS as WORK_OFFSETS
-    from tri_glide_kinematics.programs.settings import Dialect as Dialect
     from tri_glide_kinematics.programs.settings import ProgramSettings as ProgramSettings
     from tri_glide_kinematics.programs.settings import SettingsError as SettingsError
     from tri_glide_kinematics.programs.settings import load_own_settings as load_own_settings

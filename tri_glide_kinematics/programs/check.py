@@ -10,16 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.errors import CutBendError, PathTimingError
+from tri_glide_kinematics.keys import FileError
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import MotionKind
-from tri_glide_kinematics.motion.path import FlatPath, PathPlaceError, SegmentError, SegmentKind
+from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.motion.path_timing import PathPlanner, plan_move, time_path
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.motion.trajectory import CubicPlan, SequencePlan, Trajectory
-from tri_glide_kinematics.programs.drive_files import DriveFile
 from tri_glide_kinematics.programs.program import (
     Dwell,
     MoveStep,
@@ -29,8 +27,9 @@ from tri_glide_kinematics.programs.program import (
     Program,
     ProgramStop,
     Step,
+    Work,
 )
-from tri_glide_kinematics.programs.words import ProgramError, TellPart, tell_nobody
+from tri_glide_kinematics.programs.words import TellPart, tell_nobody
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
 
@@ -90,7 +89,7 @@ class ProgramCheck:
 
 
 def check_program(
-    program: Program,
+    program: Work,
     workspace: Workspace,
     limits: SliderLimits,
     shaper: Shaping | None = None,
@@ -113,11 +112,9 @@ def check_program(
     for step in program.steps:
         duration, way = step.rest, None
         for run in step.runs:
-            try:
+            with program.located(run):
                 work = _timed(run, workspace, limits, shaper)
                 way = _watched(work, (done, len(run.segments), segments), tell_part)
-            except KinematicsError as error:
-                raise at_its_line(program, run, error) from error
             duration = float(way.times.sum())
             length += float(way.to_go[0])
             done += len(run.segments)
@@ -165,15 +162,7 @@ def _timed(
     return TimedWay(driven.arc_length.total - ways, np.diff(times), steps / asked, rapid)
 
 
-def at_its_line(program: Program, step: Step, error: KinematicsError) -> ProgramError:
-    """Return an ``error`` about a step as one about a line of the program."""
-    segment = 0
-    if isinstance(error, (CutBendError, PathPlaceError, PathTimingError, SegmentError)):
-        segment = error.segment
-    return ProgramError(program.file, step.line_at(segment), 0, "", str(error))
-
-
-class NoMotionError(KinematicsError):
+class NoMotionError(FileError):
     """A file has no motion, or one that begins nobody knows where."""
 
 
@@ -193,7 +182,7 @@ class TimedSteps:
 
 
 def time_steps(
-    work: Program | DriveFile,
+    work: Work,
     workspace: Workspace,
     limits: SliderLimits,
     *,
@@ -218,21 +207,14 @@ def time_steps(
             limits; it names the line.
         KinematicsError: likewise for a drive file.
     """
-    timing = _Timing(workspace, limits, kind, shaper)
+    timing = _Timing(work.file, workspace, limits, kind, shaper)
     begins = [0.0]
     for step in work.steps:
-        try:
+        with work.located(step):
             step.read_by(timing)
-        except NoMotionError:
-            raise
-        except KinematicsError as error:
-            if isinstance(work, Program):
-                raise at_its_line(work, step, error) from error
-            raise
         begins.append(timing.duration)
     if not timing.plans:
-        file = f"{work.file}: " if isinstance(work, Program) else ""
-        raise NoMotionError(f"{file}nothing in it moves")
+        raise NoMotionError(work.file, "", "nothing in it moves")
     return TimedSteps(SequencePlan(timing.plans), work.steps, tuple(begins))
 
 
@@ -241,11 +223,13 @@ class _Timing:
 
     def __init__(
         self,
+        file: str,
         workspace: Workspace,
         limits: SliderLimits,
         kind: MotionKind,
         shaper: Shaping | None,
     ) -> None:
+        self._file = file
         self._workspace = workspace
         self._limits = limits
         self._kind = kind
@@ -275,10 +259,8 @@ class _Timing:
         """Put the motion along a path behind the others."""
         start = step.needed_place or self._here
         if start is None:
-            raise NoMotionError(
-                "it begins with a path from where the platform is, which is not known here: "
-                "put a move before it"
-            )
+            reason = "it begins with a path from where the platform is, which is not known here"
+            raise NoMotionError(self._file, "", f"{reason}: put a move before it")
         self._along(step.segments, start)
 
     def _along(self, segments: FlatPath, start: Vector3) -> None:

@@ -1,4 +1,4 @@
-"""Drives: the steps of a file such as ``config/drive_example.yaml``, with their results.
+"""Drive files: the steps of a file such as ``config/drive_example.yaml``.
 
 All of a file is checked before anything moves, as far as that is possible without the machine.
 """
@@ -6,29 +6,21 @@ All of a file is checked before anything moves, as far as that is possible witho
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, TextIO
+from typing import Any, NamedTuple
 
-from tri_glide_kinematics import keys
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.keys import FileError, load_yaml
+from tri_glide_kinematics.keys import FileError, Keys
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
-from tri_glide_kinematics.programs.program import Dwell, MoveStep, PathStep, Step
+from tri_glide_kinematics.programs.program import Dwell, MoveStep, PathStep, Step, Work
 from tri_glide_kinematics.vectors import Vector3, scaled, three
 
 
 class DriveFileError(FileError):
     """A file of moves, paths and waits cannot be read, or something in it has no meaning."""
-
-
-class Keys(keys.Keys):
-    """The keys of one entry, each read by its name; a mistake is a ``DriveFileError``."""
-
-    error_class = DriveFileError
 
 
 STEPS = ("move", "path", "wait")
@@ -40,7 +32,7 @@ SEGMENTS = {
 
 
 @dataclass(frozen=True)
-class DriveFile:
+class DriveFile(Work):
     """The contents of a drive file.
 
     Attributes:
@@ -48,6 +40,9 @@ class DriveFile:
         steps: in their order.
         file: where it is from.
     """
+
+    lines = size = 0
+    sha256 = ""
 
     frame: str
     steps: tuple[Step, ...]
@@ -70,17 +65,17 @@ def load_drive(file: str | Path) -> DriveFile:
         DriveFileError: if it cannot be read, or something in it has no meaning; the text names
             file, step and number.
     """
-    return _Reader(str(file), load_yaml(file, DriveFileError)).drive()
+    return _Reader(str(file), DriveFileError.keys_of(file)).drive()
 
 
 class _Reader:
     """Reads the steps of one file, each from where the one before it ends."""
 
-    def __init__(self, file: str, content: Any) -> None:
+    def __init__(self, file: str, keys: Keys) -> None:
         self._file = file
-        self._keys = keys = Keys(file, "", content)
+        self._keys = keys
         self._unit = keys.unit()
-        defaults = Keys(file, "defaults", keys.value("defaults", {}))
+        defaults = keys.within("defaults", keys.value("defaults", {}))
         self._tolerance = defaults.number("tolerance", 0.0, least=0.0)
         self._speed = defaults.number("speed", 0.0, least=0.0)
         defaults.finish()
@@ -95,8 +90,7 @@ class _Reader:
 
     def _step(self, number: int, entry: Any) -> Step:
         place = f"step {number}"
-        kind, values = Keys(self._file, place, entry).one_of(STEPS)
-        keys = Keys(self._file, f"{place} ({kind})", values)
+        kind, keys = self._kind_of(place, entry, STEPS)
         try:
             step = self._read(kind, keys)
         except DriveFileError:
@@ -105,6 +99,11 @@ class _Reader:
             raise keys.error(str(error)) from error
         keys.finish()
         return step
+
+    def _kind_of(self, place: str, entry: Any, kinds: tuple[str, ...]) -> tuple[str, Keys]:
+        """Return the kind of an entry, and its keys."""
+        kind, values = self._keys.within(place, entry).one_of(kinds)
+        return kind, self._keys.within(f"{place} ({kind})", values)
 
     def _read(self, kind: str, keys: Keys) -> Step:
         if kind == "wait":
@@ -137,8 +136,7 @@ class _Reader:
         return PathStep(flat, None)
 
     def _segment(self, place: str, entry: Any) -> _Numbers:
-        kind, values = Keys(self._file, place, entry).one_of(tuple(SEGMENTS))
-        keys = Keys(self._file, f"{place} ({kind})", values)
+        kind, keys = self._kind_of(place, entry, tuple(SEGMENTS))
         numbers: tuple[float, ...]
         if kind == "line":
             numbers = self._place(keys, "to")
@@ -156,97 +154,3 @@ class _Reader:
 
     def _place(self, keys: Keys, key: str) -> Vector3:
         return scaled(keys.vector(key), self._unit)
-
-
-MILLIMETRES = 1000.0  # in a metre
-
-# Back to the start of the line, and nothing of what stood there.
-ANEW = "\r\033[K"
-
-
-@dataclass(frozen=True)
-class StepReport:
-    """The result of a step.
-
-    Attributes:
-        step: that it is about.
-        result: in a word or two.
-        is_good: whether the next step may begin.
-        time: that it took [s]; None if it was not driven.
-        length: of the way [m]; None if there is none, or it is not known.
-        deviation: largest distance from the path as programmed [m]; None if there is none, or if
-            nothing of it was driven.
-        text: the whole reason of the result; empty if there is nothing to say.
-    """
-
-    step: Step
-    result: str
-    is_good: bool = False
-    time: float | None = None
-    length: float | None = None
-    deviation: float | None = None
-    text: str = ""
-
-
-NOT_DRIVEN = "not driven"
-
-
-class ProgressLine:
-    """Says what is being done: on a terminal in one line, elsewhere in a line for each step."""
-
-    def __init__(self, output: TextIO | None = None) -> None:
-        """Write to ``output``; by default to what is the standard output then."""
-        self._output = output or sys.stdout
-        self._is_terminal = self._output.isatty()
-        self._is_open = False
-
-    def say(self, text: str) -> None:
-        """Write a line that stays."""
-        self._write(f"{ANEW if self._is_open else ''}drive: {text}\n")
-        self._is_open = False
-
-    def clear(self) -> None:
-        """Remove the line that does not stay."""
-        if self._is_open:
-            self._write(ANEW)
-            self._is_open = False
-
-    def show(self, text: str) -> None:
-        """Write a line in place of the last one; nothing where that is not possible."""
-        if self._is_terminal:
-            self._write(f"{ANEW}drive: {text}")
-            self._is_open = True
-
-    def _write(self, text: str) -> None:
-        self._output.write(text)
-        self._output.flush()
-
-
-def table(reports: Sequence[StepReport]) -> str:
-    """Return one line for each step: its number, or for one of a program the line that says it."""
-    lines = [report.step.line_at() for report in reports]
-    head = ("line" if any(lines) else "step", "", "result", "time", "length", "mean speed")
-    numbers = [line or number for number, line in enumerate(lines, 1)]
-    rows = [(*head, "largest deviation"), *map(_row, numbers, reports)]
-    return "\n".join(
-        f"{number:>4}  {kind:6}  {result:11}{time:>10}{length:>13}{speed:>14}{deviation:>19}"
-        for number, kind, result, time, length, speed, deviation in rows
-    )
-
-
-def _row(number: int, report: StepReport) -> tuple[str, ...]:
-    speed = report.length / report.time if report.length and report.time else None
-    return (
-        str(number),
-        report.step.word,
-        report.result,
-        "-" if report.time is None else f"{report.time:.2f} s",
-        in_millimetres(report.length, 1),
-        in_millimetres(speed, 1, "mm/s"),
-        in_millimetres(report.deviation, 3),
-    )
-
-
-def in_millimetres(value: float | None, digits: int, unit: str = "mm") -> str:
-    """Return a length [m] or a speed [m/s] as text; a dash for none."""
-    return "-" if value is None else f"{MILLIMETRES * value:.{digits}f} {unit}"

@@ -15,8 +15,8 @@ from typing import Any
 import yaml
 
 from tri_glide_kinematics.files import file_of_machine, write_file
-from tri_glide_kinematics.keys import FileError, Keys, load_yaml
-from tri_glide_kinematics.programs.program import Program
+from tri_glide_kinematics.keys import FileError, load_yaml
+from tri_glide_kinematics.programs.program import Program, Work
 from tri_glide_kinematics.programs.settings import NOWHERE, WORK_OFFSETS, ProgramSettings
 from tri_glide_kinematics.vectors import Vector3, three
 
@@ -26,12 +26,6 @@ KEEP_PERIOD = 0.8
 
 class KeptError(FileError):
     """A program cannot go on from what is kept: it cannot be read, or is about another program."""
-
-
-class KeptKeys(Keys):
-    """The keys of the file, each read by its name; a mistake is a ``KeptError``."""
-
-    error_class = KeptError
 
 
 class RunState(Enum):
@@ -64,7 +58,7 @@ class KeptLine:
     is_whole: bool = False
 
     @classmethod
-    def of(cls, program: Program, line: int, state: RunState, is_whole: bool = False) -> KeptLine:
+    def of(cls, program: Work, line: int, state: RunState, is_whole: bool = False) -> KeptLine:
         """Return how far a ``program`` came."""
         file = str(Path(program.file).absolute())
         return cls(file, program.size, program.sha256, line, state, is_whole)
@@ -81,7 +75,7 @@ class KeptLine:
 class LineKeeper:
     """Keeps how far a program came, now and then."""
 
-    def __init__(self, file: Path, program: Program, say: Callable[[str], object]) -> None:
+    def __init__(self, file: Path, program: Work, say: Callable[[str], object]) -> None:
         """Keep it in a ``file``; ``say`` gets the reason why that is not possible."""
         self._file: Path | None = file
         self._program = program
@@ -127,16 +121,13 @@ def load_kept(file: Path) -> KeptLine:
     Raises:
         KeptError: if it cannot be read, or something in it has no meaning.
     """
-    keys = KeptKeys(str(file), "", load_yaml(file, KeptError))
-    state, is_whole = keys.text("state"), keys.value("is_whole")
-    if state not in [each.value for each in RunState]:
-        raise keys.error(f"is {state!r}, must be the state of a run", "state")
-    if not isinstance(is_whole, bool):
-        raise keys.error("must be true or false", "is_whole")
+    keys = KeptError.keys_of(file)
+    state = RunState(keys.choice("state", [each.value for each in RunState]))
+    is_whole = keys.switch("is_whole")
     size, line = keys.whole("size", 0), keys.whole("line", 1)
     texts = keys.text("program"), keys.text("sha256")
     keys.finish()
-    return KeptLine(texts[0], size, texts[1], line, RunState(state), is_whole)
+    return KeptLine(texts[0], size, texts[1], line, state, is_whole)
 
 
 def line_to_go_on_from(file: Path, program: Program) -> int:
@@ -178,8 +169,8 @@ def load_zeros(file: Path) -> dict[str, Vector3]:
     """
     if not file.exists():
         return {}
-    keys = KeptKeys(str(file), "", load_yaml(file, KeptError))
-    zeros = {name: keys.vector(name) for name in WORK_OFFSETS if keys.value(name, ()) != ()}
+    keys = KeptError.keys_of(file)
+    zeros = {name: keys.vector(name) for name in WORK_OFFSETS if keys.has(name)}
     keys.finish()
     return dict(ProgramSettings(offsets=zeros).offsets)
 

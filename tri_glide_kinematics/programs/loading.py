@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from tri_glide_kinematics.programs.drive_files import DriveFile, load_drive
+from tri_glide_kinematics.programs.drive_files import load_drive
 from tri_glide_kinematics.programs.gcode import read_program
 from tri_glide_kinematics.programs.points import load_points
-from tri_glide_kinematics.programs.program import Program
+from tri_glide_kinematics.programs.program import Program, Work
 from tri_glide_kinematics.programs.settings import ProgramSettings
 from tri_glide_kinematics.programs.words import ProgramError, TellPart, tell_nobody
 from tri_glide_kinematics.vectors import Vector3
@@ -49,9 +49,7 @@ def load_program(
     return read_program(data, settings, file, tell_part)
 
 
-def load_work(
-    file: Path, settings: ProgramSettings | None = None, unit: str | None = None
-) -> Program | DriveFile:
+def load_work(file: Path, settings: ProgramSettings | None = None, unit: str | None = None) -> Work:
     """Read a program, points or a drive file; the arguments are those of ``load_program``.
 
     Raises:

@@ -26,8 +26,9 @@ from tri_glide_kinematics.motion.path import (
     FlatPath,
     SegmentKind,
 )
+from tri_glide_kinematics.programs.dialects import MINUTE
 from tri_glide_kinematics.programs.program import PathRun, Program, ProgramStop, StopKind
-from tri_glide_kinematics.programs.settings import MINUTE, ProgramSettings
+from tri_glide_kinematics.programs.settings import ProgramSettings
 from tri_glide_kinematics.programs.words import ProgramError
 from tri_glide_kinematics.tables import Head, Table, TableError, read_table
 from tri_glide_kinematics.vectors import FloatArray, three

@@ -6,15 +6,18 @@ All that differs between the kinds of steps is said by their classes: nobody els
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import ClassVar, NamedTuple, Protocol, TypeVar
+from typing import ClassVar, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.path import PLACE_OF_ANGLE, FlatPath, PlatformPath, SegmentKind
-from tri_glide_kinematics.programs.words import ProgramError
+from tri_glide_kinematics.programs.words import ProgramError, Told
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 
 TURN = 2.0 * math.pi  # rad
@@ -83,6 +86,11 @@ class Step:
     @property
     def length(self) -> float | None:
         """Length of its path [m]; None if it has none, or if that is not known yet."""
+        return None
+
+    @property
+    def wanted_tool(self) -> int | None:
+        """Number of the tool that it waits for; None if it waits for none."""
         return None
 
     @property
@@ -268,15 +276,8 @@ class PathRun(Step):
 
         An output that changes right there changes before the platform moves.
         """
-        start = self.segments.start_of(segment, self.start)
-        moved = [
-            replace(each, joint=each.joint - segment)
-            for each in self.outputs
-            if each.joint >= segment
-        ]
-        first = [each for each in moved if not each.joint]
-        inner = tuple(each for each in moved if each.joint)
-        return (*first, self._part(segment, len(self.lines), start, inner))
+        first = (replace(each, joint=0) for each in self.outputs if each.joint == segment)
+        return (*first, self._behind(segment))
 
     def behind_place(self, segment: int, place: Vector3) -> tuple[Step, ...]:
         """Return what is done from a ``place`` [m] on a ``segment`` on; nothing at the very end.
@@ -289,9 +290,15 @@ class PathRun(Step):
         begin, numbers, left = _cut(flat, start, place)
         if left < LEAST_REST:
             return self.behind(segment + 1) if segment + 1 < len(self.lines) else ()
-        *_, rest = self.behind(segment)
-        assert isinstance(rest, PathRun)
+        rest = self._behind(segment)
         return (replace(rest, start=begin, segments=replace(flat, numbers=numbers)),)
+
+    def _behind(self, segment: int) -> PathRun:
+        """Return the path from the start of a ``segment`` on."""
+        start = self.segments.start_of(segment, self.start)
+        later = (each for each in self.outputs if each.joint > segment)
+        outputs = tuple(replace(each, joint=each.joint - segment) for each in later)
+        return self._part(segment, len(self.lines), start, outputs)
 
     def _part(self, first: int, end: int, start: Vector3, outputs: tuple[Output, ...]) -> PathRun:
         segments = self.segments.part(first, end)
@@ -385,6 +392,11 @@ class ProgramStop(Step):
     line: int
     tool: int = 0
 
+    @property
+    def wanted_tool(self) -> int | None:
+        """Its tool, if it is M6."""
+        return self.tool if self.kind is StopKind.TOOL else None
+
     def line_at(self, segment: int = 0) -> int:
         """Return its line."""
         return self.line
@@ -394,23 +406,34 @@ class ProgramStop(Step):
         return reader.stop_for(self)
 
 
-class Told(NamedTuple):
-    """Something that a program says and that is not done.
+class Work:
+    """What is driven: a program, or a file of steps.
 
     Attributes:
-        word: a letter or a command.
-        line: the first that says it.
-        reason: why it is not done.
+        file: where it is from.
+        steps: in their order.
+        frame: of all places; empty for that of the machine.
+        lines: how many there are; 0 if its steps are not those of lines.
+        size: of its text [bytes]; 0 without lines.
+        sha256: of its text, in hexadecimal digits; empty without lines.
     """
 
-    word: str
-    line: int
-    reason: str
+    file: str
+    steps: tuple[Step, ...]
+    frame: str
+    lines: int
+    size: int
+    sha256: str
+
+    @contextmanager
+    def located(self, step: Step) -> Iterator[None]:
+        """Let an error about a ``step`` say where that stands, if somebody can look it up."""
+        yield
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
-    """A program that is understood.
+class Program(Work):
+    """A program that is understood; its places are in the frame of the machine.
 
     Attributes:
         file: where it is from.
@@ -422,6 +445,8 @@ class Program:
         guess: in which dialect it was read, and why; empty if nothing was guessed.
     """
 
+    frame = ""
+
     file: str
     steps: tuple[Step, ...]
     told: tuple[Told, ...]
@@ -429,6 +454,20 @@ class Program:
     size: int
     sha256: str
     guess: str = ""
+
+    @contextmanager
+    def located(self, step: Step) -> Iterator[None]:
+        """Name the line.
+
+        Raises:
+            ProgramError: instead of any other error about the ``step``.
+        """
+        try:
+            yield
+        except KinematicsError as error:
+            # Errors about a path know the segment.
+            line = step.line_at(getattr(error, "segment", 0))
+            raise ProgramError(self.file, line, 0, "", str(error)) from error
 
 
 def from_line(program: Program, line: int) -> Program:
@@ -444,14 +483,14 @@ def from_line(program: Program, line: int) -> Program:
     """
     steps: list[Step] = []
     changed: dict[tuple[str, int], Output] = {}
-    tool: ProgramStop | None = None
+    tool: Step | None = None
     for step in program.steps:
         for output in step.changes:
             if output.line < line:
                 # The one that was changed last comes last.
                 changed.pop((output.name, output.number), None)
                 changed[output.name, output.number] = output
-        if isinstance(step, ProgramStop) and step.kind is StopKind.TOOL and step.line < line:
+        if step.wanted_tool is not None and step.line_at() < line:
             tool = step
         steps += step.from_line(line)
     if not steps:
@@ -460,8 +499,8 @@ def from_line(program: Program, line: int) -> Program:
         raise ProgramError(program.file, line, 0, "", reason)
     told = program.told
     if tool is not None:
-        reason = f"tool {tool.tool} has to be in the machine already"
-        told = (*told, Told("M6", tool.line, reason))
+        reason = f"tool {tool.wanted_tool} has to be in the machine already"
+        told = (*told, Told("M6", tool.line_at(), reason))
     first = steps[0].line_at()
     again = (replace(each, line=first, joint=0) for each in changed.values())
     return replace(program, steps=(*again, *steps), told=told)

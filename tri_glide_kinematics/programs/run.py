@@ -16,12 +16,6 @@ from typing import NamedTuple, Protocol, TypeVar
 from tri_glide_kinematics.control import WAS_STOPPED, OperatingState
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
-from tri_glide_kinematics.programs.drive_files import (
-    NOT_DRIVEN,
-    DriveFile,
-    StepReport,
-    in_millimetres,
-)
 from tri_glide_kinematics.programs.kept import LineKeeper, RunState
 from tri_glide_kinematics.programs.program import (
     Dwell,
@@ -29,10 +23,10 @@ from tri_glide_kinematics.programs.program import (
     Output,
     PathRun,
     PathStep,
-    Program,
     ProgramStop,
     Step,
     StopKind,
+    Work,
 )
 from tri_glide_kinematics.vectors import Vector3
 
@@ -61,6 +55,8 @@ LONGEST_PAUSE = 0.7
 # Outputs that a program which ends before its end does not leave on, however it ends.
 SWITCHED_OFF = ("spindle", "flood", "mist")
 
+MILLIMETRES = 1000.0  # in a metre
+
 # In these states the machine rests when its speed is 0, and nobody else has it move.
 RESTING = (
     OperatingState.IDLE,
@@ -68,6 +64,33 @@ RESTING = (
     OperatingState.DISABLED,
     OperatingState.WAITING,
 )
+
+
+@dataclass(frozen=True)
+class StepReport:
+    """The result of a step.
+
+    Attributes:
+        step: that it is about.
+        result: in a word or two.
+        is_good: whether the next step may begin.
+        time: that it took [s]; None if it was not driven.
+        length: of the way [m]; None if there is none, or it is not known.
+        deviation: largest distance from the path as programmed [m]; None if there is none, or if
+            nothing of it was driven.
+        text: the whole reason of the result; empty if there is nothing to say.
+    """
+
+    step: Step
+    result: str
+    is_good: bool = False
+    time: float | None = None
+    length: float | None = None
+    deviation: float | None = None
+    text: str = ""
+
+
+NOT_DRIVEN = "not driven"
 
 
 class GoalProgress(NamedTuple):
@@ -467,6 +490,42 @@ class _StepDriver:
         return StepReport(step, _name(end.code), is_good, taken, length, deviation, text)
 
 
+class _News:
+    """What is told of a run, and the outputs that it does not leave on."""
+
+    def __init__(self, machine: ProgramMachine, work: Work, status: _Status) -> None:
+        self._machine = machine
+        self._status = status
+        self._number, self._file = secrets.randbits(64), str(Path(work.file).absolute())
+        self._lines = work.lines
+        changes = (output for step in work.steps for output in step.changes)
+        used = sorted({(each.name, each.number) for each in changes if each.name in SWITCHED_OFF})
+        self.safe_outputs = [Output(*each, 0.0, 0, 0) for each in used]
+        self._tell_at = -math.inf
+
+    def look(self) -> None:
+        """Tell what the run does, if it is time."""
+        if self._status.now >= self._tell_at:
+            self._tell_at = self._status.now + TELL_PERIOD
+            self._tell(self._status.state)
+
+    def tell_end(self) -> None:
+        """Tell that the run has ended, and nothing any more."""
+        self._tell_at = math.inf
+        self._tell(RunState.ENDED)
+
+    def _tell(self, state: RunState) -> None:
+        status = self._status
+        about = self._number, self._file, status.line, self._lines
+        self._machine.tell(RunNews(*about, state, status.doing, self.safe_outputs))
+
+    def switch_off(self) -> None:
+        """Switch off what the program does not leave on."""
+        for output in self.safe_outputs:
+            self._status.begin(f"output {output.name} {output.number} is 0")
+            self._machine.put_out(output)
+
+
 class ProgramRun:
     """Runs one program, or the rest of one (``from_line``), or one file of steps.
 
@@ -481,7 +540,7 @@ class ProgramRun:
     def __init__(
         self,
         machine: ProgramMachine,
-        program: Program | DriveFile,
+        program: Work,
         *,
         single_block: bool = False,
         kept: Path | None = None,
@@ -502,21 +561,15 @@ class ProgramRun:
         self.reports: list[StepReport] = []
         self._machine = machine
         self._status = _Status(RunState.RUNNING, program.steps[0].line_at(), say)
-        frame = program.frame if isinstance(program, DriveFile) else ""
-        self._driver = _StepDriver(machine, frame, self._status, approach)
+        self._driver = _StepDriver(machine, program.frame, self._status, approach)
         self._keeper: LineKeeper | None = None
-        if kept is not None and isinstance(program, Program):
+        if kept is not None and program.lines:
             self._keeper = LineKeeper(kept, program, say)
         self._rest = deque(program.steps)
         self._count = len(program.steps)
         # When they change the run ends.
         self._stops = None if machine.now is None else machine.now.stops
-        changes = (output for step in program.steps for output in step.changes)
-        used = sorted({(each.name, each.number) for each in changes if each.name in SWITCHED_OFF})
-        self._safe_outputs = [Output(*each, 0.0, 0, 0) for each in used]
-        self._number, self._file = secrets.randbits(64), str(Path(program.file).absolute())
-        self._lines = program.lines if isinstance(program, Program) else 0
-        self._tell_at = -math.inf
+        self._news = _News(machine, program, self._status)
         self._course = self._run()
 
     @property
@@ -564,8 +617,7 @@ class ProgramRun:
         if -math.inf < last < now - LONGEST_PAUSE:
             self.stop(f"nothing drove it for {now - last:.1f} s, so the machine stops")
         self._look_for_stop()
-        if now >= self._tell_at:
-            self._tell(self.state)
+        self._news.look()
         next(self._course, None)
         if self._keeper is not None:
             self._keeper.keep(self.line, self.state, self.is_whole, now)
@@ -589,7 +641,7 @@ class ProgramRun:
         No end is told: should the stop not arrive, ``ik_node`` takes the run for lost.
         """
         self.stop("interrupted")
-        self._tell_off()
+        self._news.switch_off()
 
     def _look_for_stop(self) -> None:
         """End the run where the machine was stopped, between two motions too."""
@@ -630,7 +682,7 @@ class ProgramRun:
         self.reports += (StepReport(step, NOT_DRIVEN) for step in self._rest)
         if has_begun and (not is_good or status.is_stopped):
             yield from self._switch_off()
-        self._tell(RunState.ENDED)
+        self._news.tell_end()
         status.state = RunState.ENDED
 
     def _find(self) -> Iterator[None]:
@@ -685,21 +737,9 @@ class ProgramRun:
     def _switch_off(self) -> Iterator[None]:
         """Tell that spindle and coolant are off, when the platform rests."""
         end = self._status.now + REST_TIMEOUT
-        while self._safe_outputs and not self._rests and self._status.now < end:
+        while self._news.safe_outputs and not self._rests and self._status.now < end:
             yield
-        self._tell_off()
-
-    def _tell_off(self) -> None:
-        for output in self._safe_outputs:
-            self._status.begin(f"output {output.name} {output.number} is 0")
-            self._machine.put_out(output)
-
-    def _tell(self, state: RunState) -> None:
-        """Tell what the run does, and when next: never, if it has ended."""
-        end = state is RunState.ENDED
-        self._tell_at = math.inf if end else self._status.now + TELL_PERIOD
-        about = self._number, self._file, self.line, self._lines
-        self._machine.tell(RunNews(*about, state, self.doing, self._safe_outputs))
+        self._news.switch_off()
 
     @property
     def _rests(self) -> bool:
@@ -715,3 +755,8 @@ def _name(code: GoalCode) -> str:
 
 
 SUPERSEDED = _name(GoalCode.SUPERSEDED)
+
+
+def in_millimetres(value: float | None, digits: int, unit: str = "mm") -> str:
+    """Return a length [m] or a speed [m/s] as text; a dash for none."""
+    return "-" if value is None else f"{MILLIMETRES * value:.{digits}f} {unit}"

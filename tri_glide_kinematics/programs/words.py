@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -285,6 +285,138 @@ class WordReader:
             reason = f"its number must be from {-LARGEST_NUMBER:.0f} to {LARGEST_NUMBER:.0f}"
             raise ProgramError(self._file, line, place + 1, found[0].rstrip(), reason)
         return Word(letter.upper(), value, place + 1, found[0].rstrip())
+
+
+class Told(NamedTuple):
+    """Something that a program says and that is not done.
+
+    Attributes:
+        word: a letter or a command.
+        line: the first that says it.
+        reason: why it is not done.
+    """
+
+    word: str
+    line: int
+    reason: str
+
+
+class Remarks:
+    """What is to be said of the present line: errors, and what is not done.
+
+    Attributes:
+        line: its number, from 1.
+    """
+
+    def __init__(self, reader: WordReader) -> None:
+        """Prepare to say something of the lines of a ``reader``."""
+        self.line = 0
+        self._reader = reader
+        self._told: dict[str, Told] = {}
+
+    def fail(self, index: int, reason: str) -> NoReturn:
+        """Raise the error about a word of the line; negative for all of it."""
+        raise self._reader.error(self.line, index, reason)
+
+    def fail_at(self, letters: str, reason: str) -> NoReturn:
+        """Raise the error about the first word of the line with one of these ``letters``."""
+        words = self._reader.words_of(self.line)
+        self.fail(next((n for n, word in enumerate(words) if word.letter in letters), -1), reason)
+
+    def tell(self, word: str, reason: str) -> None:
+        """Tell that a ``word`` is not done, with the ``reason``; once only."""
+        self._told.setdefault(word, Told(word, self.line, reason))
+
+    @property
+    def told(self) -> tuple[Told, ...]:
+        """What is not done, each once."""
+        return tuple(self._told.values())
+
+
+class Line:
+    """The words of a line, each to be taken by whoever gives it a meaning.
+
+    Attributes:
+        commands: index of each word G, and then of each word M, by its name, such as ``G59.1``.
+        fail: raises the error about the word with an index; negative for the whole line.
+        axes_are_taken: whether a command has given X, Y and Z a meaning that is no motion.
+    """
+
+    def __init__(
+        self,
+        letters: str,
+        values: Sequence[float | None],
+        fail: Callable[[int, str], NoReturn],
+    ) -> None:
+        """Take the ``letters`` of the words, and the number of each."""
+        self.fail = fail
+        self.axes_are_taken = False
+        self._words: dict[str, tuple[float | None, int]] = {}
+        commands: dict[str, dict[str, int]] = {"G": {}, "M": {}}
+        for index, (letter, value) in enumerate(zip(letters, values)):
+            if letter in commands:
+                name = self._command(letter, value, index)
+                if name in commands[letter]:
+                    fail(index, "it stands twice on this line")
+                commands[letter][name] = index
+            elif letter not in self._words:
+                self._words[letter] = value, index
+            elif letter != "N":
+                # M110 sets the number of the line that it stands on.
+                fail(index, f"{letter} stands twice on this line: make two lines of it")
+        self.commands = commands["G"] | commands["M"]
+
+    def _command(self, letter: str, value: float | None, index: int) -> str:
+        """Return the name of a command."""
+        tenfold = -1 if value is None else round(10.0 * value)
+        if value is None or abs(10.0 * value - tenfold) > 1e-6 or tenfold < 0:
+            self.fail(index, "this is no number of a command")
+        return f"{letter}{tenfold / 10:g}"
+
+    def index(self, letter: str) -> int:
+        """Return the index of a word that is not taken yet, -1 if there is none."""
+        return self._words[letter][1] if letter in self._words else -1
+
+    def having(self, letters: str) -> list[str]:
+        """Return the ``letters`` whose words are there, and not taken yet."""
+        return [letter for letter in letters if letter in self._words]
+
+    def take(self, letter: str) -> float | None:
+        """Return the number of a word, which has a meaning then; None if there is none."""
+        if letter not in self._words:
+            return None
+        value, index = self._words.pop(letter)
+        if value is None:
+            self.fail(index, f"{letter} has no number")
+        return value
+
+    def whole(self, letter: str) -> int | None:
+        """Return the number of a word that is whole and not negative."""
+        index = self.index(letter)
+        value = self.take(letter)
+        if value is None:
+            return None
+        if value < 0.0 or value != int(value):
+            self.fail(index, "it must be a whole number, at least 0")
+        return int(value)
+
+    def drop(self, letter: str) -> bool:
+        """Leave out a word, with or without a number; return whether it is there."""
+        return self._words.pop(letter, None) is not None
+
+    def finish(self) -> None:
+        """Check that each word has had a meaning."""
+        for letter, (value, index) in self._words.items():
+            if value is None:
+                self.fail(index, f"{letter} has no number")
+            if letter in "ABCUVW":
+                if value == 0.0:
+                    # Where an axis stays, the tool does not turn.
+                    continue
+                self.fail(index, f"there is no axis {letter}: the platform only translates")
+            self.fail(
+                index, f"{letter} has no meaning on this line: take it away if it is not needed"
+            )
 
 
 def _why_no_word(rest: str) -> str:

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 
 from tri_glide_kinematics.files import find_file
-from tri_glide_kinematics.picture_commands import command_parser, exit_code
+from tri_glide_kinematics.picture_commands import command_parser, exit_code, number, whole_number
 
 MOST_FRAMES = 720  # of an animation
 
@@ -60,35 +60,19 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         "--crank-angle",
-        type=_finite,
+        type=number("a finite number"),
         metavar="DEG",
         help="crank angle at which positions are drawn, in degrees",
     )
     parser.add_argument("--animate", action="store_true", help="save the motion as a GIF as well")
     parser.add_argument(
         "--frames",
-        type=_frames,
+        type=whole_number(2, MOST_FRAMES),
         default=60,
         metavar="N",
         help=f"frames of the animation, 2 to {MOST_FRAMES} (default: 60)",
     )
     return parser
-
-
-def _finite(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
-    return number
-
-
-def _frames(text: str) -> int:
-    if not text.isdecimal() or not 2 <= int(text) <= MOST_FRAMES:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 2 to {MOST_FRAMES}")
-    return int(text)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 import pytest
 
 from tri_glide_kinematics.programs import Dialect, ProgramSettings, read_program
-from tri_glide_kinematics.programs.guessing import guess_dialect
+from tri_glide_kinematics.programs.dialects import guess_dialect
 
 PRINTED = "G28\nG1 X1 E.5 F600\n"
 SHOWN = {

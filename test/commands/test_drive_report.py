@@ -2,15 +2,14 @@
 
 import io
 
+from tri_glide_kinematics.commands.drive_report import ProgressLine, table
 from tri_glide_kinematics.programs import (
     Dwell,
     MoveStep,
     Output,
     ProgramStop,
-    ProgressLine,
     StepReport,
     StopKind,
-    table,
 )
 
 MOVE = MoveStep((0.0, 0.0, 0.25))
