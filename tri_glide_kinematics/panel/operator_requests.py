@@ -403,7 +403,7 @@ class OperatorRequests:
         page, velocity = event.client_id, None
         try:
             velocity = scaled(direction, speed()) if self.may(page) else None
-        except WrongNumberError as error:
+        except KinematicsError as error:
             self.refuse(str(error))
         if velocity is None:
             self._end_hold(page)
