@@ -14,15 +14,14 @@ from mechanisms_rig import page_server
 from viser import GuiEvent
 
 from testing.client import Probe
-from tri_glide_kinematics.panel.link import MachineFacts, MachineLink
-from tri_glide_kinematics.panel.operator_requests import (
-    RENEWALS,
-    OperatorRequests,
+from tri_glide_kinematics.panel.inputs import (
     OperatorsInput,
     OperatorsNumber,
     SpeedFields,
     WrongNumberError,
 )
+from tri_glide_kinematics.panel.link import MachineFacts, MachineLink
+from tri_glide_kinematics.panel.operator_requests import RENEWALS, OperatorRequests
 from tri_glide_kinematics.panel.tabs import DriveTab, Point, PointsTab
 
 TYPED = (

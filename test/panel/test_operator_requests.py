@@ -16,8 +16,9 @@ from viser import GuiEvent, ViserServer
 
 from testing.client import Probe
 from tri_glide_interfaces.msg import MachineState
+from tri_glide_kinematics.panel.inputs import OperatorsInput
 from tri_glide_kinematics.panel.link import LATEST_ONLY, NOBODY, MachineLink
-from tri_glide_kinematics.panel.operator_requests import RENEWALS, OperatorRequests, OperatorsInput
+from tri_glide_kinematics.panel.operator_requests import RENEWALS, OperatorRequests
 
 pytestmark = pytest.mark.nodes
 

@@ -9,7 +9,7 @@ import asyncio
 import json
 from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from importlib.resources import files
 from typing import Any, Protocol
 
@@ -20,6 +20,7 @@ from tri_glide_kinematics.panel.admission import QUERY, Admission, guarded_serve
 from tri_glide_kinematics.panel.machine_scene import light_plainly
 from tri_glide_kinematics.panel.operator_requests import RENEWALS, Entry
 from tri_glide_kinematics.panel.programs import PIECE
+from tri_glide_kinematics.panel.status_strip import Strip
 from tri_glide_kinematics.panel.viser_parts import Connections, messages, run_script, uuid_of
 
 PING_PERIOD = 0.5  # s
@@ -76,37 +77,6 @@ SILENCE = 3000
 WAKE_PERIOD = 0.5
 
 Log = Callable[[str], object]
-
-
-@dataclass(frozen=True)
-class Strip:
-    """The line above the page.
-
-    Attributes:
-        color: ready, motion, warning or fault.
-        state: in a word.
-        reason: of the state.
-        refusal: what was refused last, and why; empty for nothing.
-        pages: who has the controls.
-        stop: what stands below Stop.
-        position: of the platform.
-        speed: of the platform, and what changes it.
-        left: the way and the time to the end of what is done.
-        limit: whether the teach mode is on, and how fast the platform may be.
-        controls: whether the page has them.
-    """
-
-    color: str
-    state: str
-    reason: str
-    refusal: str = ""
-    pages: str = ""
-    stop: str = ""
-    position: str = ""
-    speed: str = ""
-    left: str = ""
-    limit: str = ""
-    controls: bool = False
 
 
 class PortTakenError(KinematicsError):

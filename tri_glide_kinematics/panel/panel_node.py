@@ -25,16 +25,12 @@ from tri_glide_kinematics.panel.link import (
     MachineFacts,
     MachineLink,
 )
+from tri_glide_kinematics.panel.machine import JogWatch, Steps
 from tri_glide_kinematics.panel.mechanisms import MechanismsTab
-from tri_glide_kinematics.panel.operator_requests import (
-    JogWatch,
-    OperatorRequests,
-    PagesBar,
-    Steps,
-    pages_text,
-)
-from tri_glide_kinematics.panel.page import Page, Strip
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.page import Page
 from tri_glide_kinematics.panel.programs import ProgramFolder, Uploads
+from tri_glide_kinematics.panel.status_strip import PagesBar, Strip, pages_text
 from tri_glide_kinematics.panel.tabs import (
     DriveTab,
     LiveView,

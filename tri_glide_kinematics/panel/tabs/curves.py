@@ -14,12 +14,9 @@ from numpy.typing import NDArray
 from viser import GuiApi, GuiUplotHandle
 from viser.uplot import Axis, Scale, Series
 
+from tri_glide_kinematics.panel.inputs import OperatorsInput, OperatorsNumber
 from tri_glide_kinematics.panel.link import TABLE, MachineFacts, SteadyTimes, SwingFeed
-from tri_glide_kinematics.panel.operator_requests import (
-    OperatorRequests,
-    OperatorsInput,
-    OperatorsNumber,
-)
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.settings import NO_SHAPER, Values
 from tri_glide_kinematics.vectors import FloatArray, Vector3

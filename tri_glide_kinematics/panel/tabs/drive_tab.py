@@ -11,16 +11,10 @@ from typing import Any
 import viser
 
 from tri_glide_kinematics.control import TEACH_SPEED, OperatingState
+from tri_glide_kinematics.panel.inputs import OperatorsInput, OperatorsNumber, SpeedFields
 from tri_glide_kinematics.panel.link import MachineFacts, NewestWish
 from tri_glide_kinematics.panel.machine_scene import view_of
-from tri_glide_kinematics.panel.operator_requests import (
-    RENEWALS,
-    Event,
-    OperatorRequests,
-    OperatorsInput,
-    OperatorsNumber,
-    SpeedFields,
-)
+from tri_glide_kinematics.panel.operator_requests import RENEWALS, Event, OperatorRequests
 from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.vectors import Vector3, plus, scaled, three

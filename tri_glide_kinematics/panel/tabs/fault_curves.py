@@ -12,8 +12,9 @@ import numpy as np
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.panel.inputs import OperatorsInput
 from tri_glide_kinematics.panel.link import MachineFacts
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests, OperatorsInput
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.programs import send_file
 from tri_glide_kinematics.panel.tabs.curves import Curves, History, LagPlot
 from tri_glide_kinematics.panel.viser_parts import uuid_of

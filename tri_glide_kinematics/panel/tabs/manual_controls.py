@@ -17,13 +17,9 @@ import viser
 from tri_glide_kinematics.control import IDLE, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import load_text
+from tri_glide_kinematics.panel.inputs import OperatorsInput, OperatorsNumber
 from tri_glide_kinematics.panel.link import Feeds, MachineFacts
-from tri_glide_kinematics.panel.operator_requests import (
-    Event,
-    OperatorRequests,
-    OperatorsInput,
-    OperatorsNumber,
-)
+from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests
 from tri_glide_kinematics.panel.program_reading import mark_of
 from tri_glide_kinematics.panel.tabs.program_tab import ProgramTab
 from tri_glide_kinematics.panel.viser_parts import uuid_of

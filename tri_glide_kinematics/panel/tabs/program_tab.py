@@ -17,15 +17,15 @@ import viser
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import ProgramRun as RunMessage
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.link import MachineFacts, NewestWish
-from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
-from tri_glide_kinematics.panel.operator_requests import (
+from tri_glide_kinematics.panel.inputs import (
     SLOWEST_SPEED,
     USUAL_SPEED,
-    OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
 )
+from tri_glide_kinematics.panel.link import MachineFacts, NewestWish
+from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.program_reading import (
     CUT,
     OUTSIDE,
