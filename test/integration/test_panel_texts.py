@@ -59,6 +59,9 @@ def first(panel: Panel) -> Iterator[TextPage]:
 def page(panel: Panel, first: TextPage) -> TextPage:
     """Return the first page, with the machine at rest in its middle, whatever was before."""
     first.tab = "Drive"
+    panel.client.wait_for(lambda: first.strip, "the page")
+    # A run that still waits would keep all else from being chosen.
+    first.stop()
     panel.bring_home()
     panel.read_until(first, "idle")
     panel.client.wait_for(lambda: "you are" not in first.text, "controls that are free")
@@ -187,6 +190,8 @@ def test_a_program_runs_is_paused_jogged_and_goes_on_where_it_was(
     operator.click("run")
     panel.read_until(operator, "running: line 4 of 8")
     panel.read_until(operator, "G1 X60")
+    # The line is shown as soon as it is next.
+    panel.client.wait_for(lambda: panel.position[0] > -0.019, "the way of it")
     operator.click("pause")
     panel.machine.wait_for_state("paused")
     operator.set("Override [%]", 100)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests
+from tri_glide_kinematics.panel.link import MachineFacts, NewestWish
+from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests, Wish
 from tri_glide_kinematics.panel.viser_parts import show_value
 
 # What a field of a number may show, and how much of another text is told [characters].
@@ -21,6 +22,42 @@ THOUSAND = re.compile(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
 LONGEST_NUMBER = 20
 # Of the fields of speeds [mm/s].
 USUAL_SPEED, SLOWEST_SPEED = 50.0, 0.01
+
+
+def add_button(
+    requests: OperatorRequests,
+    gui: viser.GuiApi,
+    label: str,
+    do: Wish,
+    **look: Any,
+) -> viser.GuiButtonHandle:
+    """Add a button to the open container of ``gui``, by which the node does something."""
+    button = gui.add_button(label, **look)
+    button.on_click(requests.on(lambda _: do()))
+    return button
+
+
+def add_buttons(
+    requests: OperatorRequests,
+    gui: viser.GuiApi,
+    label: str,
+    actions: Mapping[str, Wish],
+    of_any_page: Sequence[str] = (),
+) -> None:
+    """Add a group of buttons to the open container of ``gui``: by its words, what each has done.
+
+    Those ``of_any_page`` need no controls.
+    """
+    group = gui.add_button_group(label, tuple(actions))
+    press = requests.on(lambda words: actions[words]())
+
+    async def on_click(event: Event) -> None:
+        if event.target.value in of_any_page:
+            requests.wish(actions[event.target.value])
+        else:
+            await press(event)
+
+    group.on_click(on_click)
 
 
 class OperatorsInput:
@@ -163,6 +200,30 @@ class OperatorsNumber:
 
 def _shown(number: float) -> str:
     return f"{number:.10g}"
+
+
+class ScaleSlider:
+    """A slider in per cent for a factor among the parameters of ``ik_node``."""
+
+    def __init__(
+        self, requests: OperatorRequests, gui: viser.GuiApi, label: str, most: int, name: str
+    ) -> None:
+        """Add it, up to ``most``, to the open container of ``gui``; ``name`` is the parameter's."""
+        self._name = name
+        # By which facts its value was shown.
+        self._shown: MachineFacts | None = None
+        self._wish = NewestWish(requests.link, label.lower(), name, self._show_again)
+        slider = gui.add_slider(f"{label} [%]", min=1, max=most, step=1, initial_value=100)
+        self._input = OperatorsInput(requests, slider, lambda part: self._wish.set(0.01 * part))
+
+    def show(self, facts: MachineFacts) -> None:
+        """Show what the machine has, unless another value is on its way there."""
+        if facts is not self._shown and not self._wish.is_setting:
+            self._shown = facts
+            self._input.set(max(1, round(100.0 * facts.values[self._name])))
+
+    def _show_again(self) -> None:
+        self._shown = None
 
 
 class SpeedFields:

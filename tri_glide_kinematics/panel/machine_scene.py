@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import cos, sin
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.description import Parts
 from tri_glide_kinematics.panel.link import MachineFacts
+from tri_glide_kinematics.panel.machine import Pose
 from tri_glide_kinematics.panel.viser_parts import Quaternion, place, turn
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -82,14 +82,6 @@ _ROOTS = (
 )
 
 NO_LINES: NDArray[np.float32] = np.zeros((0, 2, 3), dtype=np.float32)
-
-
-@dataclass(frozen=True)
-class Pose:
-    """The heights of a machine's carriages and the position of its platform. Shapes (3,) [m]."""
-
-    heights: Vector3
-    position: Vector3
 
 
 class DrawnMachine:

@@ -232,17 +232,19 @@ class OperatorRequests:
         link: to the machine.
         refusal: what was refused last, and why; empty after a while.
         history: of what all pages were told.
+        on_stop: ends, where the node spins, what is still on its way.
         stops: how often Stop was pressed.
     """
 
-    def __init__(self, link: MachineLink, on_stop: Wish) -> None:
-        """Send by ``link``; ``on_stop`` ends, where the node spins, what is still on its way."""
+    def __init__(self, link: MachineLink) -> None:
+        """Send by ``link``, whose refusals are shown."""
         self.controls = Controls()
         self.link = link
+        link.on_refusal = self.refuse
         self.refusal = ""
         self.history = MessageHistory()
         self.stops = 0
-        self._on_stop = on_stop
+        self.on_stop: list[Wish] = []
         self._refused_at = 0.0
         self._hold = HeldJog()
         # With whether they outlast Stop.
@@ -304,8 +306,12 @@ class OperatorRequests:
         with self._wishes_lock:
             self._wishes = deque(each for each in self._wishes if each[1])
         # A wish that is being fulfilled at this moment comes to its end before this.
-        self.wish(self._on_stop)
+        self.wish(self._end_what_is_on_its_way)
         self.stops += 1
+
+    def _end_what_is_on_its_way(self) -> None:
+        for end in self.on_stop:
+            end()
 
     async def release(self, event: Event) -> None:
         """End the jog of a page at once."""

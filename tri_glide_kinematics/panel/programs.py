@@ -17,6 +17,7 @@ import viser
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import OutsideFolderError, file_in
 from tri_glide_kinematics.panel.link import Bounds, MachineFacts
+from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.program_reading import (
     Answer,
@@ -40,7 +41,7 @@ from tri_glide_kinematics.programs import (
     load_own_settings,
     with_kept_zeros,
 )
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
 
 # The folder of programs: files that a page sends in pieces, kept until somebody removes them.
@@ -372,6 +373,7 @@ class ChosenProgram:
     """A file of the folder: it is read, and proved where that is asked for.
 
     Attributes:
+        files: the settings of programs, and the work zeros that are kept.
         name: of the file; empty for none.
         dialect: in which it is read.
         read: what it means; None before that is known.
@@ -380,21 +382,24 @@ class ChosenProgram:
     """
 
     def __init__(
-        self,
-        folder: ProgramFolder,
-        settings_file: Path,
-        zeros_file: Path,
-        present: Callable[[], Vector3 | None],
+        self, folder: ProgramFolder, settings_file: Path, zeros_file: Path, machine: ShownMachine
     ) -> None:
-        """Choose none yet; the arguments are those of ``ProgramTab``."""
+        """Choose none yet.
+
+        Args:
+            folder: of the programs.
+            settings_file: what programs do not say.
+            zeros_file: the work zeros that are kept.
+            machine: whose place is where a program begins that says no other.
+        """
+        self.files = settings_file, zeros_file
         self.name = ""
         self.dialect = FROM_SETTINGS
         self.read: ReadProgram | None = None
         self.check: ProgramCheck | None = None
         self.error = ""
         self._folder = folder
-        self._settings_file, self._zeros_file = settings_file, zeros_file
-        self._present = present
+        self._shown_machine = machine
         self._facts: MachineFacts | None = None
         # Bounds for which the proof holds, and whether the machine has others since.
         self._bounds: Bounds | None = None
@@ -475,7 +480,7 @@ class ChosenProgram:
                 path = self.path
                 self._settings = self.settings()
             except KinematicsError as error:
-                self.error = shown_text(str(error), self._settings_file)
+                self.error = shown_text(str(error), self.files[0])
                 return
             with suppress(OSError):
                 self._stream = path.open("rb")
@@ -526,7 +531,7 @@ class ChosenProgram:
 
     def _marks_now(self) -> tuple[Mark, ...]:
         file = self._folder.folder / self.name
-        return tuple(mark_of(each) for each in (file, self._settings_file, self._zeros_file))
+        return tuple(mark_of(each) for each in (file, *self.files))
 
     def settings(self) -> ProgramSettings:
         """Return what programs do not say themselves, with the work zeros that are kept.
@@ -534,11 +539,12 @@ class ChosenProgram:
         Raises:
             KinematicsError: if a file has no meaning.
         """
-        settings = with_kept_zeros(load_own_settings(self._settings_file), self._zeros_file)
+        settings_file, zeros_file = self.files
+        settings = with_kept_zeros(load_own_settings(settings_file), zeros_file)
         if self.dialect != FROM_SETTINGS:
             settings = replace(settings, dialect=Dialect(self.dialect))
         if settings.start is None and settings.home is None:
-            settings = replace(settings, start=self._present())
+            settings = replace(settings, start=self._shown_machine.commanded_position)
         return settings
 
     # Texts for the page

@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.tabs.curves import SwingTab as SwingTab
     from tri_glide_kinematics.panel.tabs.drive_tab import DriveTab as DriveTab
     from tri_glide_kinematics.panel.tabs.live_view import LiveView as LiveView
-    from tri_glide_kinematics.panel.tabs.live_view import pose_of as pose_of
     from tri_glide_kinematics.panel.tabs.manual_controls import ManualControls as ManualControls
     from tri_glide_kinematics.panel.tabs.points_tab import Point as Point
     from tri_glide_kinematics.panel.tabs.points_tab import PointsTab as PointsTab

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from viser import GuiApi, GuiUplotHandle
 from viser.uplot import Axis, Scale, Series
 
-from tri_glide_kinematics.panel.inputs import OperatorsInput, OperatorsNumber
+from tri_glide_kinematics.panel.inputs import OperatorsInput, OperatorsNumber, add_button
 from tri_glide_kinematics.panel.link import TABLE, MachineFacts, SteadyTimes, SwingFeed
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.settings import NO_SHAPER, Values
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -266,10 +267,6 @@ def _send(plot: GuiUplotHandle, columns: tuple[FloatArray, ...]) -> None:
         plot.data = columns
 
 
-def _is_due(drawn_at: float | None, time: float) -> bool:
-    return drawn_at is None or not 0.0 <= time - drawn_at < REDRAWN_AFTER
-
-
 SLIDER_NAMES = tuple(f"slider {number}" for number in range(1, SLIDERS + 1))
 
 
@@ -290,7 +287,7 @@ class Curves:
         self.history = History()
         self._limits = limits
         self.recorded: History | None = None
-        self._drawn_at: float | None = None
+        self._pace = Pace(REDRAWN_AFTER)
         gui.add_html(_legend((*SLIDER_NAMES, "limit"), (*COLOURS, LIMIT_COLOUR)))
         self.plots = [self._add(plot) for plot in _PLOTS]
 
@@ -306,9 +303,8 @@ class Curves:
 
     def draw(self, time: float) -> None:
         """Draw if it is time to, and let the curves go on to ``time`` [s] if no samples come."""
-        if not _is_due(self._drawn_at, time):
+        if not self._pace.is_due(time):
             return
-        self._drawn_at = time
         self.history.advance(time)
         for plot, handle in zip(_PLOTS, self.plots):
             _send(handle, self._columns(plot))
@@ -391,7 +387,7 @@ class SwingCurves:
     def __init__(self, gui: GuiApi) -> None:
         """Add the plot to the open container of ``gui``."""
         self.history = SwingHistory()
-        self._drawn_at: float | None = None
+        self._pace = Pace(REDRAWN_AFTER)
         self._range = math.nan
         self._legend = gui.add_html(_legend(AXIS_NAMES, COLOURS), visible=False)
         curves = (
@@ -405,8 +401,7 @@ class SwingCurves:
 
     def draw(self, time: float) -> bool:
         """Draw if it is time to; return whether there is something to see."""
-        if _is_due(self._drawn_at, time):
-            self._drawn_at = time
+        if self._pace.is_due(time):
             self.history.advance(time)
             columns = self._columns()
             is_told = len(columns[0]) > 0
@@ -505,8 +500,8 @@ class SwingTab:
                 for name in ("Mode", "2nd")
             ]
             self._has_second = OperatorsInput(requests, gui.add_checkbox("A second mode", False))
-            button = gui.add_button("Set", color="blue", icon=viser.Icon.WAVE_SINE)
-            button.on_click(requests.on(lambda _: self._set()))
+            look = {"color": "blue", "icon": viser.Icon.WAVE_SINE}
+            add_button(requests, gui, "Set", self._set, **look)
             self._words = gui.add_html("")
 
     def show(self, facts: MachineFacts | None, *, waits: bool) -> None:

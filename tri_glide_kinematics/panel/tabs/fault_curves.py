@@ -12,7 +12,7 @@ import numpy as np
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.inputs import OperatorsInput
+from tri_glide_kinematics.panel.inputs import OperatorsInput, add_button
 from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.programs import send_file
@@ -39,8 +39,8 @@ class FaultCurves:
         self._files: dict[str, Path] | None = None
         self._choice = gui.add_dropdown("Curves of", (NOW,))
         self._input = OperatorsInput(requests, self._choice, self._choose)
-        self._download = gui.add_button("Download the recording", visible=False)
-        self._download.on_click(requests.on(lambda _: self._send()))
+        label = "Download the recording"
+        self._download = add_button(requests, gui, label, self._send, visible=False)
         self._words = gui.add_html("")
         self._lag = LagPlot(gui)
         self._offsets = np.zeros(3)
@@ -59,8 +59,10 @@ class FaultCurves:
         new = [] if self._files is None else [each for each in files if each not in self._files]
         self._files = files
         for name in reversed(new):
-            shown = self._server.gui.add_button("recording", visible=False)
-            shown.on_click(self._requests.on(partial(self._show, name)))
+            show = partial(self._show, name)
+            shown = add_button(
+                *(self._requests, self._server.gui, "recording", show), visible=False
+            )
             text = "the seconds before the fault are recorded"
             self._requests.history.add(FAULT, text, press=uuid_of(shown))
         self._choice.options = (NOW, *files)
@@ -79,7 +81,7 @@ class FaultCurves:
         self._download.visible = name != NOW
         self._lag.show(lag)
 
-    def _show(self, name: str, _: object = None) -> None:
+    def _show(self, name: str) -> None:
         self._input.set(name)
         self._choose(name)
 
