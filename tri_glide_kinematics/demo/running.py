@@ -7,9 +7,10 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import rclpy
 from rclpy.node import Node
@@ -17,11 +18,17 @@ from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile
 from rclpy.utilities import ok
 
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.path import FlatPath
+from tri_glide_kinematics.panel.link import NAMES, MachineFacts
+from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
 from tri_glide_kinematics.ros.loop import OtherTurns
+from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.starting import (
     COMPUTER,
+    NodeProcesses,
     choose_transport,
     default_parameter_file,
     raise_at_signals,
@@ -29,6 +36,9 @@ from tri_glide_kinematics.ros.starting import (
 )
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # A busy computer may let the simulated machine wait for longer than a real one ever falls silent,
 # and follow from farther behind.
@@ -55,6 +65,7 @@ class DemoNode(Node):
         calls: node of its own for goals and calls, which is looked at now and then.
         goals: to send.
         ik_parameters: those of ``ik_node``.
+        state: that ``ik_node`` has told last; 0 before the first.
     """
 
     def __init__(self, name: str) -> None:
@@ -66,7 +77,14 @@ class DemoNode(Node):
         self.calls = Node(f"{name}_calls", namespace=NAMESPACE)
         self.goals = GoalSender(self.calls)
         self.ik_parameters = AsyncParameterClient(self.calls, "ik_node")
+        self.state = 0
+        self.calls.create_subscription(
+            MachineState, "ik_node/machine_state", self._take_state, LATCHED
+        )
         self._calls_executor = OtherTurns(self.calls)
+
+    def _take_state(self, message: MachineState) -> None:
+        self.state = message.state
 
     def wait_for(self, condition: Callable[[], bool], timeout: float, what: str) -> None:
         """Spin until ``condition`` holds.
@@ -85,6 +103,41 @@ class DemoNode(Node):
                 next_look = now + LOOK_PERIOD
             self._executor.spin_once(timeout_sec=LOOK_PERIOD)
         raise DemoError(f"{what} took longer than {timeout:g} s")
+
+    def wait_for_machine(self, also: Callable[[], object] = lambda: True) -> None:
+        """Wait until ``ik_node`` leads the machine and takes goals, and for something else."""
+        self.wait_for(
+            lambda: bool(
+                self.goals.is_ready
+                and self.ik_parameters.services_are_ready()
+                and self.state == MachineState.IDLE
+                and also()
+            ),
+            START_TIMEOUT,
+            "starting the machine",
+        )
+
+    def read_facts(self) -> MachineFacts:
+        """Ask ``ik_node`` for its parameters."""
+        answer = self.ik_parameters.get_parameters(list(NAMES))
+        self.wait_for(answer.done, START_TIMEOUT, "reading the parameters of ik_node")
+        return MachineFacts.of(answer.result().values)
+
+    def go_to(self, position: Vector3) -> None:
+        """Move the platform to where ``ik_node`` believes that ``position`` is [m].
+
+        Raises:
+            DemoError: if it does not get there.
+        """
+        self.wait_for_goal(self.goals.move_to(position), f"a motion to {position}")
+
+    def follow(self, path: FlatPath) -> None:
+        """Drive the platform along a ``path`` from where it is.
+
+        Raises:
+            DemoError: if it does not get to the end.
+        """
+        self.wait_for_goal(self.goals.follow(path), "a path")
 
     def wait_for_goal(self, goal: SentGoal, what: str) -> None:
         """Wait for the end of a ``goal``.
@@ -117,6 +170,25 @@ def node_arguments(*files: Path) -> list[str]:
 def parameter_arguments(values: Mapping[str, object]) -> list[str]:
     """Return the arguments that give a node the ``values`` of parameters."""
     return [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
+
+
+@contextmanager
+def running_nodes(nodes: Mapping[str, Sequence[str]]) -> Iterator[NodeProcesses]:
+    """Run nodes with these arguments, by their names, and use rclpy beside them."""
+    with NodeProcesses() as processes:
+        for name, arguments in nodes.items():
+            processes.start(name, arguments)
+        with ros_that_ctrl_c_ends():
+            yield processes
+
+
+def save_page(folder: Path, name: str, figure: Figure) -> Path:
+    """Save a page in a ``folder``, which is made if needed; tell and return the picture."""
+    folder.mkdir(parents=True, exist_ok=True)
+    picture = folder / f"{name}.png"
+    save_figure(figure, picture, 110)
+    say(f"picture: {picture}")
+    return picture
 
 
 def say(text: str) -> None:
