@@ -16,7 +16,6 @@ from tri_glide_kinematics.panel.mechanisms import MechanismsTab
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.page import Page, PagesNews
 from tri_glide_kinematics.panel.programs import ChosenProgram, ProgramFolder, Uploads
-from tri_glide_kinematics.panel.runs import Runs
 from tri_glide_kinematics.panel.status_strip import Notice, PagesBar, Strip, strip_of
 from tri_glide_kinematics.panel.tabs import (
     DriveTab,
@@ -24,6 +23,7 @@ from tri_glide_kinematics.panel.tabs import (
     ManualControls,
     PointsTab,
     ProgramTab,
+    Runs,
     SwingTab,
 )
 from tri_glide_kinematics.programs import default_kept_file, default_zeros_file

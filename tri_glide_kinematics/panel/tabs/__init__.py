@@ -15,5 +15,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.panel.tabs.points_tab import PointsTab as PointsTab
     from tri_glide_kinematics.panel.tabs.program_tab import SHOW_PERIOD as SHOW_PERIOD
     from tri_glide_kinematics.panel.tabs.program_tab import ProgramTab as ProgramTab
+    from tri_glide_kinematics.panel.tabs.runs import Runs as Runs
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

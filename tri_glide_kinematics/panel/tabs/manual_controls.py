@@ -27,7 +27,7 @@ from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests
 from tri_glide_kinematics.panel.program_reading import mark_of
 from tri_glide_kinematics.panel.programs import ChosenProgram
-from tri_glide_kinematics.panel.runs import OutputKey, Runs
+from tri_glide_kinematics.panel.tabs.runs import OutputKey, Runs
 from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.panel.words import note, position_text, table
 from tri_glide_kinematics.programs import (

@@ -46,7 +46,7 @@ from tri_glide_kinematics.panel.programs import (
     Uploads,
     send_file,
 )
-from tri_glide_kinematics.panel.runs import Runs
+from tri_glide_kinematics.panel.tabs.runs import Runs
 from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.panel.words import WARNING, clock_text, code, note, progress
 from tri_glide_kinematics.programs import (
