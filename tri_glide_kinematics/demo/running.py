@@ -42,7 +42,8 @@ if TYPE_CHECKING:
 
 # A busy computer may let the simulated machine wait for longer than a real one ever falls silent,
 # and follow from farther behind.
-PATIENCE = ("-p", "measured_timeout:=2.0", "-p", "tracking_error_limit:=0.3")
+PATIENCE = ("-p", "measured_timeout:=2.0")
+MORE_PATIENCE = (*PATIENCE, "-p", "tracking_error_limit:=0.3")
 
 # A namespace of its own keeps a demonstration away from a machine on this computer.
 NAMESPACE = f"/tri_glide_demo_{os.getpid()}"
@@ -164,7 +165,7 @@ def node_arguments(*files: Path) -> list[str]:
     found = ["-r", f"__ns:={NAMESPACE}", "--log-level", "WARN"]
     for file in (default_parameter_file(), *files):
         found += ["--params-file", str(file)]
-    return [*found, *PATIENCE]
+    return [*found, *MORE_PATIENCE]
 
 
 def parameter_arguments(values: Mapping[str, object]) -> list[str]:
@@ -191,9 +192,9 @@ def save_page(folder: Path, name: str, figure: Figure) -> Path:
     return picture
 
 
-def say(text: str) -> None:
-    """Print one line of progress at once."""
-    print(f"demo: {text}", flush=True)
+def say(text: str, name: str = "demo") -> None:
+    """Print one line of progress at once, of the command with this ``name``."""
+    print(f"{name}: {text}", flush=True)
 
 
 def in_millimetres(vector: Vector3) -> str:
@@ -229,10 +230,10 @@ def run_command(name: str, demonstrate: Callable[[], int]) -> int:
     raise_at_signals()
     try:
         # For this process and the nodes that it starts.
-        say(choose_transport(COMPUTER).text)
+        say(choose_transport(COMPUTER).text, name)
         return demonstrate()
     except KeyboardInterrupt:
-        say("interrupted; all nodes are stopped")
+        say("interrupted; all nodes are stopped", name)
         return 128 + signal.SIGINT
     except (KinematicsError, OSError) as error:
         print(f"{name}: error: {error}", file=sys.stderr)
