@@ -8,7 +8,8 @@ import pytest
 
 from tri_glide_kinematics.demo import running
 from tri_glide_kinematics.demo.calm_demo import PERIOD, Swing, is_calm, swing_figure, table
-from tri_glide_kinematics.demo.running import DemoError, save_page
+from tri_glide_kinematics.demo.client import DemoError
+from tri_glide_kinematics.demo.running import save_page
 
 REST, MOVING, FADING = 20, 100, 3000
 SIZE, DECAY = 1e-3, 3.0  # m of swing, 1/s

@@ -32,16 +32,18 @@ from tri_glide_kinematics.calibration.fit import (
     plane_basis,
 )
 from tri_glide_kinematics.calibration.session import report, save_parameters, solved
-from tri_glide_kinematics.demo.running import (
+from tri_glide_kinematics.demo.client import (
     MOVE_TIMEOUT,
     START_TIMEOUT,
     DemoError,
     DemoNode,
+    ros_that_ctrl_c_ends,
+)
+from tri_glide_kinematics.demo.running import (
     demo_parser,
     in_millimetres,
     node_arguments,
     parameter_arguments,
-    ros_that_ctrl_c_ends,
     run_command,
     save_page,
     say,

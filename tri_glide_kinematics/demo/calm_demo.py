@@ -21,18 +21,20 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.demo.running import (
+from tri_glide_kinematics.demo.client import (
     DEEP_QUEUE,
     MACHINE,
     MOVE_TIMEOUT,
     START_TIMEOUT,
     DemoError,
     DemoNode,
+    running_nodes,
+)
+from tri_glide_kinematics.demo.running import (
     demo_parser,
     node_arguments,
     parameter_arguments,
     run_command,
-    running_nodes,
     save_page,
     say,
 )

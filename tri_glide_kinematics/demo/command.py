@@ -15,16 +15,18 @@ from numpy.typing import NDArray
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.demo.running import (
+from tri_glide_kinematics.demo.client import (
     DEEP_QUEUE,
     MACHINE,
     MOVE_TIMEOUT,
     DemoNode,
+    running_nodes,
+)
+from tri_glide_kinematics.demo.running import (
     demo_parser,
     in_millimetres,
     node_arguments,
     run_command,
-    running_nodes,
     save_page,
     say,
 )

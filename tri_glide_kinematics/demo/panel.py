@@ -13,12 +13,7 @@ from pathlib import Path
 
 from tri_glide_kinematics.demo.running import PATIENCE, parameter_arguments, run_command, say
 from tri_glide_kinematics.files import state_folder
-from tri_glide_kinematics.ros.starting import (
-    NodeProcesses,
-    Process,
-    default_parameter_file,
-    ending,
-)
+from tri_glide_kinematics.ros.starting import NodeProcesses, Process, default_parameter_file, ending
 
 NODES = ("simulator_node", "ik_node", "fk_node", "mechanism_node")
 PAGE = "panel_node"
