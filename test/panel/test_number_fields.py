@@ -9,12 +9,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from panel_rig import FACTS
 
 from tri_glide_kinematics.panel.inputs import (
     OperatorsInput,
     OperatorsNumber,
-    ScaleSlider,
     SpeedFields,
     WrongNumberError,
 )
@@ -187,13 +185,3 @@ def test_a_slider_shows_again_what_holds_and_the_number_and_the_bound_are_told(r
         told = f"nothing done: Override [%]: {value} must be from 1 to 200"
         assert requests.refusal == ("" if is_taken else told)
     assert changes == [200]
-
-
-def test_a_speed_that_the_machine_does_not_take_is_shown_no_more(rig):
-    slider = ScaleSlider(rig.requests, rig.gui, "Speed", 100, "speed_scale")
-    facts = FACTS.with_changes({"speed_scale": 0.4})
-    slider.show(facts)
-    handle = rig.press("Speed [%]", 70)
-    # Nobody answers as ik_node here.
-    slider.show(facts)
-    assert handle.value == 40

@@ -11,7 +11,7 @@ from typing import Any
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.link import MachineFacts, NewestWish
+from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests, Wish
 from tri_glide_kinematics.panel.viser_parts import show_value
 
@@ -203,27 +203,42 @@ def _shown(number: float) -> str:
 
 
 class ScaleSlider:
-    """A slider in per cent for a factor among the parameters of ``ik_node``."""
+    """A slider in per cent for a factor among the parameters of ``ik_node``.
+
+    Pages set it again and again: of several values the newest is sent, when the one before is
+    answered. What the machine has then is shown only when none is on its way.
+    """
 
     def __init__(
         self, requests: OperatorRequests, gui: viser.GuiApi, label: str, most: int, name: str
     ) -> None:
         """Add it, up to ``most``, to the open container of ``gui``; ``name`` is the parameter's."""
-        self._name = name
+        self._link, self._what, self._name = requests.link, label.lower(), name
         # By which facts its value was shown.
         self._shown: MachineFacts | None = None
-        self._wish = NewestWish(requests.link, label.lower(), name, self._show_again)
+        self._wanted: float | None = None
+        self._is_setting = False
         slider = gui.add_slider(f"{label} [%]", min=1, max=most, step=1, initial_value=100)
-        self._input = OperatorsInput(requests, slider, lambda part: self._wish.set(0.01 * part))
+        self._input = OperatorsInput(requests, slider, self._set)
 
     def show(self, facts: MachineFacts) -> None:
         """Show what the machine has, unless another value is on its way there."""
-        if facts is not self._shown and not self._wish.is_setting:
+        if facts is not self._shown and not self._is_setting:
             self._shown = facts
             self._input.set(max(1, round(100.0 * facts.values[self._name])))
 
-    def _show_again(self) -> None:
-        self._shown = None
+    def _set(self, part: float) -> None:
+        self._wanted = 0.01 * part
+        if not self._is_setting:
+            self._send()
+
+    def _send(self, _: bool = True) -> None:
+        value, self._wanted = self._wanted, None
+        self._is_setting = value is not None and self._link.set_parameters(
+            self._what, {self._name: value}, self._send
+        )
+        if not self._is_setting:
+            self._shown = None
 
 
 class SpeedFields:

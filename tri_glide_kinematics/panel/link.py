@@ -315,42 +315,6 @@ class MachineLink:
         client.call_async(request).add_done_callback(take)
 
 
-class NewestWish:
-    """A parameter that pages set again and again: of several wishes the newest is sent.
-
-    Attributes:
-        is_setting: whether a wish is on its way; what the machine has then is no longer wanted.
-    """
-
-    def __init__(
-        self, link: MachineLink, what: str, name: str, show_again: Callable[[], None]
-    ) -> None:
-        """Set the parameter ``name``; a refusal calls it ``what``.
-
-        Whenever no wish is left, ``show_again`` is called to show what the machine has.
-        """
-        self._link = link
-        self._what = what
-        self._name = name
-        self._show_again = show_again
-        self._wanted: float | None = None
-        self.is_setting = False
-
-    def set(self, value: float) -> None:
-        """Set it now, or when ``ik_node`` has answered to the wish before."""
-        self._wanted = value
-        if not self.is_setting:
-            self._send()
-
-    def _send(self, _: bool = True) -> None:
-        value, self._wanted = self._wanted, None
-        self.is_setting = value is not None and self._link.set_parameters(
-            self._what, {self._name: value}, self._send
-        )
-        if not self.is_setting:
-            self._show_again()
-
-
 # The messages of the machine to the panel.
 
 # As many as come in some frames at the usual rate: the curves show every one.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import cos, sin
+from typing import Any
 
 import numpy as np
 import viser
@@ -75,6 +76,8 @@ DRIVEN: RGB = (26, 153, 255)
 TRACE: RGB = (230, 90, 20)
 TARGET: RGB = (220, 40, 30)
 COMMANDED_OPACITY = 0.3  # the measured machine is seen through the commanded one
+# A shadow would show nothing of a machine.
+PLAIN: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 AMBIENT_LIGHT = 2.0  # intensity, as viser counts it
 
 _ROOTS = (
@@ -103,8 +106,7 @@ class DrawnMachine:
                 color=COMMANDED if is_ghost else CARRIAGE,
                 dimensions=(2.4 * size, 2.4 * size, 2.0 * size),
                 opacity=opacity,
-                cast_shadow=False,
-                receive_shadow=False,
+                **PLAIN,
                 position=(x, y, 0.0),
             )
             for index, (x, y) in enumerate(parts.towers)
@@ -121,8 +123,7 @@ class DrawnMachine:
                     color=color,
                     radial_segments=8,
                     opacity=opacity,
-                    cast_shadow=False,
-                    receive_shadow=False,
+                    **PLAIN,
                     position=(side * parts.rod_distance, 0.0, -0.5 * length),
                 )
         self._platform = scene.add_cylinder(
@@ -131,8 +132,7 @@ class DrawnMachine:
             height=size,
             color=color,
             opacity=opacity,
-            cast_shadow=False,
-            receive_shadow=False,
+            **PLAIN,
         )
 
     def differs(self, pose: Pose | None) -> bool:
@@ -218,8 +218,7 @@ class Scene:
                 color=SHELL,
                 opacity=0.12,
                 side="double",
-                cast_shadow=False,
-                receive_shadow=False,
+                **PLAIN,
             )
 
     def _draw_towers(self, parts: Parts, lower: Vector3, upper: Vector3, size: float) -> None:

@@ -9,13 +9,14 @@ import asyncio
 import json
 import math
 import time
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib.resources import files
-from typing import Any, Protocol
+from typing import Any
 
 import viser
+from websockets.asyncio.server import ServerConnection
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.admission import QUERY, Admission, guarded_server
@@ -36,17 +37,7 @@ PING_PERIOD = 0.5  # s
 SILENT_PERIODS = 5
 
 
-class Socket(Protocol):
-    """A connection of websockets, which comes with viser."""
-
-    async def ping(self) -> Awaitable[float]:
-        """Send a ping; what is returned is done when it is answered."""
-
-    async def wait_closed(self) -> None:
-        """Wait for the end of the connection."""
-
-
-async def watch(socket: Socket, tell: Callable[[bool], None]) -> None:
+async def watch(socket: ServerConnection, tell: Callable[[bool], None]) -> None:
     """Tell when pings are not answered any more, and when they are again.
 
     Browsers answer by themselves, for a page that is hidden as well. The pings that websockets
@@ -72,7 +63,7 @@ async def watch(socket: Socket, tell: Callable[[bool], None]) -> None:
                 tell(False)
 
 
-async def _answer(socket: Socket) -> None:
+async def _answer(socket: ServerConnection) -> None:
     # Of a connection that is closed one hears in another way.
     with suppress(Exception):
         await (await socket.ping())

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from os import getpid, scandir
 from pathlib import Path
@@ -104,6 +104,15 @@ def checked_size(name: str, size: object) -> int:
     return size
 
 
+@contextmanager
+def _refusing(nothing: str) -> Iterator[None]:
+    """Say that ``nothing`` was done where the system refuses something."""
+    try:
+        yield
+    except OSError as error:
+        raise ProgramFileError(f"{nothing}: {error.strerror or error}") from error
+
+
 class ProgramFolder:
     """The folder of programs, which is made with the first file.
 
@@ -135,12 +144,7 @@ class ProgramFolder:
         Raises:
             ProgramFileError: if there is none of this name.
         """
-        try:
-            path = file_in(self.folder, name)
-        except OutsideFolderError as error:
-            raise ProgramFileError(
-                f"{name[:LONGEST_NAME]!r} is no file in the folder of programs"
-            ) from error
+        path = self._place(name)
         if not path.is_file():
             raise ProgramFileError(
                 f"{name[:LONGEST_NAME]!r} is no longer in the folder of programs"
@@ -153,13 +157,9 @@ class ProgramFolder:
         Raises:
             ProgramFileError: if it cannot be written.
         """
-        try:
+        with _refusing("not uploaded: the folder of programs cannot be written"):
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             return self._part.open("wb")
-        except OSError as error:
-            raise ProgramFileError(
-                f"not uploaded: the folder of programs cannot be written: {error.strerror or error}"
-            ) from error
 
     def keep(self, name: str) -> None:
         """Make what was written a program, in place of one of the same name.
@@ -167,14 +167,8 @@ class ProgramFolder:
         Raises:
             ProgramFileError: if this cannot be done.
         """
-        try:
-            self._part.replace(file_in(self.folder, name))
-        except OSError as error:
-            raise ProgramFileError(f"not uploaded: {name}: {error.strerror or error}") from error
-        except OutsideFolderError as error:
-            raise ProgramFileError(
-                f"not uploaded: {name} is no file in the folder of programs"
-            ) from error
+        with _refusing(f"not uploaded: {name}"):
+            self._part.replace(self._place(name))
 
     def remove(self, name: str) -> None:
         """Remove a program.
@@ -182,10 +176,8 @@ class ProgramFolder:
         Raises:
             ProgramFileError: if there is none of this name, or it cannot be removed.
         """
-        try:
+        with _refusing(f"not removed: {name}"):
             self.path(name).unlink()
-        except OSError as error:
-            raise ProgramFileError(f"not removed: {name}: {error.strerror or error}") from error
 
     def rename(self, name: str, new: str) -> None:
         """Give a program a ``new`` name.
@@ -194,15 +186,22 @@ class ProgramFolder:
             ProgramFileError: if it cannot be called so, or another one is.
         """
         target = self.folder / checked_name(new, "not renamed")
-        try:
+        with _refusing(f"not renamed: {name}"):
             # Unlike a rename, a link replaces nothing.
             path = self.path(name)
-            target.hardlink_to(path)
+            try:
+                target.hardlink_to(path)
+            except FileExistsError as error:
+                raise ProgramFileError(f"not renamed: there is a file {new} already") from error
             path.unlink()
-        except FileExistsError as error:
-            raise ProgramFileError(f"not renamed: there is a file {new} already") from error
-        except OSError as error:
-            raise ProgramFileError(f"not renamed: {name}: {error.strerror or error}") from error
+
+    def _place(self, name: str) -> Path:
+        try:
+            return file_in(self.folder, name)
+        except OutsideFolderError as error:
+            raise ProgramFileError(
+                f"{name[:LONGEST_NAME]!r} is no file in the folder of programs"
+            ) from error
 
     def drop(self) -> None:
         """Remove what was written."""
@@ -349,17 +348,19 @@ LARGEST_SENT = 5_000_000
 
 
 def send_file(server: viser.ViserServer, requests: OperatorRequests, path: Path) -> None:
-    """Send a file to the page that has the controls."""
+    """Send a file to the page that has the controls.
+
+    Raises:
+        ProgramFileError: if it cannot be read, or is too large.
+    """
     holder = requests.controls.holder
     client = None if holder is None else server.get_clients().get(holder)
-    try:
+    with _refusing(f"not sent: {path.name}"):
         if (size := path.stat().st_size) > LARGEST_SENT:
             text = f"{size / 1e6:,.1f} MB, at most {LARGEST_SENT / 1e6:g} MB: copy {path}"
-            requests.refuse(f"not sent: {path.name} has {text}")
-        elif client is not None:
+            raise ProgramFileError(f"not sent: {path.name} has {text}")
+        if client is not None:
             client.send_file_download(path.name, path.read_bytes(), PIECE, save_immediately=True)
-    except OSError as error:
-        requests.refuse(f"not sent: {path.name}: {error.strerror or error}")
 
 
 # The program that is chosen on the page, and what is known of it before and while it runs.

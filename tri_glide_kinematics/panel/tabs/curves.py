@@ -229,6 +229,10 @@ def _legend(names: Sequence[str], colours: Sequence[str]) -> str:
     )
 
 
+def _series(names: Sequence[str], width: float) -> Iterable[Series]:
+    return (Series(label=name, stroke=each, width=width) for name, each in zip(names, COLOURS))
+
+
 def _add_plot(
     gui: GuiApi,
     title: str,
@@ -329,15 +333,12 @@ class Curves:
     def _add(self, plot: _Plot, order: float | None = None) -> GuiUplotHandle:
         limits = self._limits_of(plot)
         margin = MARGIN * (limits[-1] - limits[0])
-        curves = (
-            Series(label=name, stroke=colour, width=1.5)
-            for name, colour in zip(SLIDER_NAMES, COLOURS)
-        )
         lines = (Series(label="limit", stroke=LIMIT_COLOUR, dash=(6, 4)) for _ in limits)
         # The range is fixed: how near a curve is to its limits is seen at a glance.
         scale = (limits[0] - margin, limits[-1] + margin)
         columns = self._columns(plot)
-        return _add_plot(self._gui, plot.title, columns, (*curves, *lines), scale, SPAN, order)
+        series = (*_series(SLIDER_NAMES, 1.5), *lines)
+        return _add_plot(self._gui, plot.title, columns, series, scale, SPAN, order)
 
 
 LEAST_LAG = 0.1  # mm
@@ -348,12 +349,9 @@ class LagPlot:
 
     def __init__(self, gui: GuiApi) -> None:
         """Add the plot to the open container of ``gui``."""
-        curves = [
-            Series(label=name, stroke=colour, width=1.5)
-            for name, colour in zip(SLIDER_NAMES, COLOURS)
-        ]
         columns, scale = (np.array((-SPAN, 0.0)), *np.zeros((SLIDERS, 2))), (-LEAST_LAG, LEAST_LAG)
-        self._plot = _add_plot(gui, "Measured less commanded [mm]", columns, curves, scale, SPAN)
+        title, series = "Measured less commanded [mm]", _series(SLIDER_NAMES, 1.5)
+        self._plot = _add_plot(gui, title, columns, series, scale, SPAN)
         self._plot.visible = False
 
     def show(self, lag: History | None) -> None:
@@ -390,13 +388,10 @@ class SwingCurves:
         self._pace = Pace(REDRAWN_AFTER)
         self._range = math.nan
         self._legend = gui.add_html(_legend(AXIS_NAMES, COLOURS), visible=False)
-        curves = (
-            Series(label=name, stroke=colour, width=1.0)
-            for name, colour in zip(AXIS_NAMES, COLOURS)
-        )
         title = f"Acceleration [m/s²], last {SWING_SPAN:g} s"
         columns, scale = self._columns(), (-LEAST_RANGE, LEAST_RANGE)
-        self.plot = _add_plot(gui, title, columns, curves, scale, span=SWING_SPAN)
+        series = _series(AXIS_NAMES, 1.0)
+        self.plot = _add_plot(gui, title, columns, series, scale, span=SWING_SPAN)
         self.plot.visible = False
 
     def draw(self, time: float) -> bool:
