@@ -6,10 +6,13 @@ import asyncio
 from typing import Any
 
 from rclpy.context import Context
+from rclpy.serialization import serialize_message
 from viser import GuiEvent, ViserServer
 
 from testing.client import Probe
+from tri_glide_interfaces.msg import MachineState, MotionState
 from tri_glide_kinematics.panel.link import MachineFacts, MachineLink
+from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.settings import IK_NODE
 
@@ -81,3 +84,24 @@ class PanelRig:
     def event(handle: Any, page: int = OPERATOR) -> Any:
         """Return what viser tells of an action of a page."""
         return GuiEvent(None, page, handle)  # type: ignore[arg-type]
+
+
+HOME = (0.0, 0.0, 0.25)
+REST = (0.0, 0.0, 0.0)
+
+
+def tell(machine: ShownMachine, **values: Any) -> None:
+    """Let a machine tell its state, idle unless ``values`` say another one, and where it is."""
+    state: dict[str, Any] = {"state": MachineState.IDLE, "cause": MachineState.CAUSE_ENABLE_ASKED}
+    message = MachineState(**{**state, **values})
+    message.position.z = HOME[2]
+    machine.feeds._on_state(message)
+    heights = FACTS.machine.inverse(HOME)
+    motion = MotionState(
+        commanded_heights=heights,
+        commanded_velocities=REST,
+        commanded_accelerations=REST,
+        measured_heights=heights,
+    )
+    machine.feeds.motion.subscription.callback(serialize_message(motion))
+    machine.step()

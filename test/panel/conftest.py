@@ -8,9 +8,11 @@ from collections.abc import Iterator
 import pytest
 from joined_domain import joined_domain
 from mechanisms_rig import page_server
-from panel_rig import PanelRig
+from panel_rig import FACTS, PanelRig, tell
 from rclpy.context import Context
 from viser import ViserServer
+
+from tri_glide_kinematics.panel.machine import ShownMachine
 
 _COUNTER = itertools.count()
 
@@ -34,3 +36,12 @@ def rig(context: Context, server: ViserServer) -> Iterator[PanelRig]:
     rig.probe.close()
     server.gui.reset()
     server.scene.reset()
+
+
+@pytest.fixture
+def machine(rig: PanelRig) -> ShownMachine:
+    """Return the machine at rest in its middle, as its ``ik_node`` has told it."""
+    machine = ShownMachine(rig.probe.node, rig.requests)
+    machine._take(FACTS)
+    tell(machine)
+    return machine

@@ -5,43 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from panel_rig import FACTS, PanelRig
-from rclpy.serialization import serialize_message
+from panel_rig import PanelRig, tell
 
-from tri_glide_interfaces.msg import MachineState, MotionState
+from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.panel.link import STATE_SILENCE
 from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.status_strip import strip_of
 
 pytestmark = pytest.mark.nodes
 
-HOME = (0.0, 0.0, 0.25)
 UP = (0.0, 0.0, 0.01)
-REST = (0.0, 0.0, 0.0)
-
-
-@pytest.fixture
-def machine(rig: PanelRig) -> ShownMachine:
-    """Return the machine at rest in its middle, as its ``ik_node`` has told it."""
-    machine = ShownMachine(rig.probe.node, rig.requests)
-    machine._take(FACTS)
-    tell(machine)
-    return machine
-
-
-def tell(machine: ShownMachine, **values: Any) -> None:
-    """Let the machine tell its state, and where it is."""
-    state: dict[str, Any] = {"state": MachineState.IDLE, "cause": MachineState.CAUSE_ENABLE_ASKED}
-    machine.feeds._on_state(MachineState(**{**state, **values}))
-    heights = FACTS.machine.inverse(HOME)
-    message = MotionState(
-        commanded_heights=heights,
-        commanded_velocities=REST,
-        commanded_accelerations=REST,
-        measured_heights=heights,
-    )
-    machine.feeds.motion.subscription.callback(serialize_message(message))
-    machine.step()
 
 
 def sent(machine: ShownMachine, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
