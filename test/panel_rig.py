@@ -105,3 +105,11 @@ def tell(machine: ShownMachine, **values: Any) -> None:
     )
     machine.feeds.motion.subscription.callback(serialize_message(motion))
     machine.step()
+
+
+def known_machine(rig: PanelRig) -> ShownMachine:
+    """Return the machine at rest in its middle, as its ``ik_node`` has told it."""
+    machine = ShownMachine(rig.probe.node, rig.requests)
+    machine._take(FACTS)
+    tell(machine)
+    return machine

@@ -226,6 +226,12 @@ def test_steps_add_up(panel: Panel, page: TextPage) -> None:
     panel.read_until(page, "moves while it is held")
 
 
+def test_a_typed_line_is_proved_and_driven(panel: Panel, page: TextPage) -> None:
+    page.type_line("G1 X10 F600")
+    panel.wait_until_at((0.01, 0.0, 0.25))
+    panel.read_until(page, "G1 X10 F600: done")
+
+
 def test_an_own_step_and_views(panel: Panel, page: TextPage) -> None:
     page.click("own")
     panel.read_until(page, "each press moves by the own step")

@@ -233,7 +233,6 @@ class OperatorRequests:
         refusal: what was refused last, and why; empty after a while.
         history: of what all pages were told.
         on_stop: ends, where the node spins, what is still on its way.
-        stops: how often Stop was pressed.
     """
 
     def __init__(self, link: MachineLink) -> None:
@@ -243,7 +242,6 @@ class OperatorRequests:
         link.on_refusal = self.refuse
         self.refusal = ""
         self.history = MessageHistory()
-        self.stops = 0
         self.on_stop: list[Wish] = []
         self._refused_at = 0.0
         self._hold = HeldJog()
@@ -307,7 +305,6 @@ class OperatorRequests:
             self._wishes = deque(each for each in self._wishes if each[1])
         # A wish that is being fulfilled at this moment comes to its end before this.
         self.wish(self._end_what_is_on_its_way)
-        self.stops += 1
 
     def _end_what_is_on_its_way(self) -> None:
         for end in self.on_stop:
