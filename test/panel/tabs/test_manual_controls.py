@@ -13,6 +13,7 @@ from panel_rig import OTHER, PanelRig, tell
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import Output as OutputMessage
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.programs import ChosenProgram, ProgramFolder
 from tri_glide_kinematics.panel.tabs import ManualControls, Runs
@@ -111,6 +112,13 @@ def test_a_run_goes_on_by_resume_and_ends_with_stop(hand: Rig) -> None:
     assert hand.refusal.startswith("resume: nobody answers as ")
     assert hand.runs.owns(("spindle", 0)) and not hand.runs.owns(("flood", 0))
     hand.runs.step()
+
+    def fail(_: float) -> None:
+        raise KinematicsError("no disk")
+
+    run.look = fail
+    hand.runs.step()
+    assert hand.refusal == "program: no disk"
     run.look = lambda _: setattr(run, "state", RunState.ENDED)
     hand.runs.step()
     assert asked[2:] == ["look", "end"]
