@@ -52,7 +52,7 @@ class PanelRig:
     def __init__(self, context: Context, server: ViserServer, namespace: str) -> None:
         self.probe = Probe(context, namespace, "panel")
         self.server, self.gui = server, server.gui
-        self.requests = OperatorRequests(MachineLink(self.probe.node))
+        self.requests = OperatorRequests(MachineLink(self.probe.node), server)
         for page in (OPERATOR, OTHER):
             self.requests.controls.opened(page)
         self.machine: Any = DrivenMachine(self.requests)

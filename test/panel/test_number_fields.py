@@ -57,8 +57,8 @@ def meant(text):
 
 
 def test_what_a_field_shows_is_what_counts_or_it_is_refused(rig):
-    gui, requests = rig.gui, rig.requests
-    field = OperatorsNumber(requests, gui, "size", 7.5, least=0.4)
+    requests = rig.requests
+    field = OperatorsNumber(requests, "size", 7.5, least=0.4)
     rng = np.random.default_rng(5)
     drawn = ("".join(rng.choice(list(SIGNS), rng.integers(1, 6))) for _ in range(200))
     last, taken = 7.5, 0
@@ -77,11 +77,9 @@ def test_what_a_field_shows_is_what_counts_or_it_is_refused(rig):
 
 
 def test_whole_numbers_are_whole(rig):
-    gui, requests = rig.gui, rig.requests
+    requests = rig.requests
     changes = []
-    field = OperatorsNumber(
-        *(requests, gui, "line", 1), least=1, is_whole=True, on_change=changes.append
-    )
+    field = OperatorsNumber(requests, "line", 1, least=1, is_whole=True, on_change=changes.append)
     for text in ("2.5", "0", "-1", "x"):
         rig.press("line", text)
         with pytest.raises(WrongNumberError, match="a whole number, at least 1"):
@@ -91,8 +89,8 @@ def test_whole_numbers_are_whole(rig):
 
 
 def test_no_speed_means_the_fastest_but_the_choice_of_it(rig):
-    gui, requests = rig.gui, rig.requests
-    speed = SpeedFields(requests, gui, "at")
+    requests = rig.requests
+    speed = SpeedFields(requests, "at")
     assert speed.value == 0.05
     for text in ("0", "-50", "0.001", ""):
         rig.press("at", text)
@@ -106,9 +104,9 @@ def test_no_speed_means_the_fastest_but_the_choice_of_it(rig):
 
 def tabs(rig, folder):
     """Return the tab *Drive*, beside that of points, which has one."""
-    points = PointsTab(rig.gui, rig.requests, rig.machine, folder / "points.yaml")
+    points = PointsTab(rig.requests, rig.machine, folder / "points.yaml")
     points._put([Point((0.0, 0.0, 0.25))])
-    return DriveTab(rig.gui, rig.requests, rig.machine)
+    return DriveTab(rig.requests, rig.machine)
 
 
 def driven(rig):

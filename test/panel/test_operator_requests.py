@@ -178,7 +178,7 @@ def test_an_ik_node_that_was_started_anew_is_another_one(pages: TwoPages, contex
 def test_a_choice_that_is_none_is_not_taken(rig: PanelRig) -> None:
     taken: list[str] = []
     actions = {each: partial(taken.append, each) for each in ("save", "load")}
-    add_buttons(rig.requests, rig.gui, "choice", actions, of_any_page=("load",))
+    add_buttons(rig.requests, "choice", actions, of_any_page=("load",))
     group = rig.handle("choice")
     for value in ("save", "x" * 1000, "load"):
         rig.send(group, value)

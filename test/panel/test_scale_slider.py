@@ -37,7 +37,7 @@ def link(rig):
 
 @pytest.fixture
 def slider(rig, link):
-    return ScaleSlider(rig.requests, rig.gui, "Override", 200, NAME)
+    return ScaleSlider(rig.requests, "Override", 200, NAME)
 
 
 def shown(rig, slider):

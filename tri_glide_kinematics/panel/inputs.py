@@ -26,29 +26,27 @@ USUAL_SPEED, SLOWEST_SPEED = 50.0, 0.01
 
 def add_button(
     requests: OperatorRequests,
-    gui: viser.GuiApi,
     label: str,
     do: Wish,
     **look: Any,
 ) -> viser.GuiButtonHandle:
-    """Add a button to the open container of ``gui``, by which the node does something."""
-    button = gui.add_button(label, **look)
+    """Add a button to the open container of the page, by which the node does something."""
+    button = requests.gui.add_button(label, **look)
     button.on_click(requests.on(lambda _: do()))
     return button
 
 
 def add_buttons(
     requests: OperatorRequests,
-    gui: viser.GuiApi,
     label: str,
     actions: Mapping[str, Wish],
     of_any_page: Sequence[str] = (),
 ) -> None:
-    """Add a group of buttons to the open container of ``gui``: by its words, what each has done.
+    """Add a group of buttons to the open container of the page: by its words, what each has done.
 
     Those ``of_any_page`` need no controls.
     """
-    group = gui.add_button_group(label, tuple(actions))
+    group = requests.gui.add_button_group(label, tuple(actions))
     press = requests.on(lambda words: actions[words]())
 
     async def on_click(event: Event) -> None:
@@ -138,7 +136,6 @@ class OperatorsNumber:
     def __init__(
         self,
         requests: OperatorRequests,
-        gui: viser.GuiApi,
         label: str,
         number: float,
         *,
@@ -148,12 +145,12 @@ class OperatorsNumber:
         hint: str | None = None,
         on_change: Callable[[float], None] | None = None,
     ) -> None:
-        """Add the field to the open container of ``gui``, with a ``number`` inside its bounds."""
+        """Add the field to the open container of the page, with a ``number`` inside its bounds."""
         self._label, self._is_whole = label, is_whole
         self._least, self._most = least, most
         self.last = number
         self._on_change = on_change
-        field_of_text = gui.add_text(label, _shown(number), hint=hint)
+        field_of_text = requests.gui.add_text(label, _shown(number), hint=hint)
         self._input = OperatorsInput(requests, field_of_text, self._take)
 
     @property
@@ -209,16 +206,14 @@ class ScaleSlider:
     answered. What the machine has then is shown only when none is on its way.
     """
 
-    def __init__(
-        self, requests: OperatorRequests, gui: viser.GuiApi, label: str, most: int, name: str
-    ) -> None:
-        """Add it, up to ``most``, to the open container of ``gui``; ``name`` is the parameter's."""
+    def __init__(self, requests: OperatorRequests, label: str, most: int, name: str) -> None:
+        """Add it, up to ``most``, to the open container; ``name`` is that of the parameter."""
         self._link, self._what, self._name = requests.link, label.lower(), name
         # By which facts its value was shown.
         self._shown: MachineFacts | None = None
         self._wanted: float | None = None
         self._is_setting = False
-        slider = gui.add_slider(f"{label} [%]", min=1, max=most, step=1, initial_value=100)
+        slider = requests.gui.add_slider(f"{label} [%]", min=1, max=most, step=1, initial_value=100)
         self._input = OperatorsInput(requests, slider, self._set)
 
     def show(self, facts: MachineFacts) -> None:
@@ -244,15 +239,11 @@ class ScaleSlider:
 class SpeedFields:
     """A speed of the platform, or the choice that it goes as fast as the sliders can."""
 
-    def __init__(
-        self, requests: OperatorRequests, gui: viser.GuiApi, label: str, hint: str | None = None
-    ) -> None:
-        """Add both to the open container of ``gui``."""
-        self._speed = OperatorsNumber(
-            requests, gui, label, USUAL_SPEED, least=SLOWEST_SPEED, hint=hint
-        )
+    def __init__(self, requests: OperatorRequests, label: str, hint: str | None = None) -> None:
+        """Add both to the open container of the page."""
+        self._speed = OperatorsNumber(requests, label, USUAL_SPEED, least=SLOWEST_SPEED, hint=hint)
         self._fastest = OperatorsInput(
-            requests, gui.add_checkbox("As fast as it can", initial_value=False)
+            requests, requests.gui.add_checkbox("As fast as it can", initial_value=False)
         )
 
     @property

@@ -228,6 +228,8 @@ class OperatorRequests:
     are older than itself, but not the changes of inputs: they move nothing, and are shown already.
 
     Attributes:
+        server: of the page.
+        gui: of the page, to whose open container all that the operator uses is added.
         controls: who has them.
         link: to the machine.
         refusal: what was refused last, and why; empty after a while.
@@ -235,8 +237,9 @@ class OperatorRequests:
         on_stop: ends, where the node spins, what is still on its way.
     """
 
-    def __init__(self, link: MachineLink) -> None:
-        """Send by ``link``, whose refusals are shown."""
+    def __init__(self, link: MachineLink, server: viser.ViserServer) -> None:
+        """Send by ``link``, whose refusals are shown on the pages of a ``server``."""
+        self.server, self.gui = server, server.gui
         self.controls = Controls()
         self.link = link
         link.on_refusal = self.refuse

@@ -68,7 +68,7 @@ class PanelNode(Node):
                 "alone"
             )
         self._frames = 0
-        self._requests = OperatorRequests(MachineLink(self))
+        self._requests = OperatorRequests(MachineLink(self), self._server)
         self._machine = ShownMachine(self, self._requests)
         self._runs = Runs(self._requests)
         self._news = PagesNews(self._page)
@@ -92,15 +92,15 @@ class PanelNode(Node):
         machine, runs = self._machine, self._runs
         gui.set_panel_label("tri-glide")
         self._page.put_above(requests)
-        PagesBar(gui, requests)
+        PagesBar(requests)
         start_again = given_path(values, "start_again_file")
-        self._notice = Notice(gui, requests, given_path(values, "notice_file"), start_again)
+        self._notice = Notice(requests, given_path(values, "notice_file"), start_again)
         tabs = gui.add_tab_group()
         drive = tabs.add_tab("Drive")
         with drive:
-            self._drive = DriveTab(gui, requests, machine)
+            self._drive = DriveTab(requests, machine)
         with tabs.add_tab("Points"):
-            PointsTab(gui, requests, machine, Path(values["points_file"] or POINTS_FILE))
+            PointsTab(requests, machine, Path(values["points_file"] or POINTS_FILE))
         uploads = self._uploads(given_path(values, "programs_folder"))
         self._chosen = ChosenProgram(
             uploads.folder,
@@ -110,11 +110,10 @@ class PanelNode(Node):
         )
         kept = given_path(values, "progress_file") or default_kept_file(self.get_namespace())
         with tabs.add_tab("Program"):
-            self._program = ProgramTab(server, requests, machine, runs, uploads, self._chosen, kept)
+            self._program = ProgramTab(requests, machine, runs, uploads, self._chosen, kept)
         with drive:
-            self._manual = ManualControls(gui, requests, machine, runs, self._chosen)
+            self._manual = ManualControls(requests, machine, runs, self._chosen)
         self._view = LiveView(
-            server,
             tabs,
             requests,
             machine,
@@ -123,7 +122,7 @@ class PanelNode(Node):
             given_path(values, "measurements_file"),
         )
         with tabs.add_tab("Swing"):
-            self._swing = SwingTab(gui, requests)
+            self._swing = SwingTab(requests)
         with tabs.add_tab("Mechanisms"):
             # Its files lie beside the parameters.
             folder = default_parameter_file().parent

@@ -347,14 +347,14 @@ class Uploads:
 LARGEST_SENT = 5_000_000
 
 
-def send_file(server: viser.ViserServer, requests: OperatorRequests, path: Path) -> None:
+def send_file(requests: OperatorRequests, path: Path) -> None:
     """Send a file to the page that has the controls.
 
     Raises:
         ProgramFileError: if it cannot be read, or is too large.
     """
     holder = requests.controls.holder
-    client = None if holder is None else server.get_clients().get(holder)
+    client = None if holder is None else requests.server.get_clients().get(holder)
     with _refusing(f"not sent: {path.name}"):
         if (size := path.stat().st_size) > LARGEST_SENT:
             text = f"{size / 1e6:,.1f} MB, at most {LARGEST_SENT / 1e6:g} MB: copy {path}"

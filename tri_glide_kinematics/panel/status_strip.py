@@ -108,10 +108,8 @@ class Notice:
         text: in words; empty for none.
     """
 
-    def __init__(
-        self, gui: viser.GuiApi, requests: OperatorRequests, file: Path | None, wish: Path | None
-    ) -> None:
-        """Add the button, unseen, to the open container of ``gui``.
+    def __init__(self, requests: OperatorRequests, file: Path | None, wish: Path | None) -> None:
+        """Add the button, unseen, to the open container of the page.
 
         The command writes the ``file``, and starts the nodes when there is a file ``wish``; None is
         for a panel that it has not started.
@@ -121,7 +119,9 @@ class Notice:
         self._file, self._wish = file, wish
         self._pace = Pace(NOTICE_PERIOD)
         self._button = add_button(
-            *(requests, gui, "Start again what has ended", self._ask),
+            requests,
+            "Start again what has ended",
+            self._ask,
             color="orange",
             icon=viser.Icon.REFRESH,
             visible=False,
@@ -153,9 +153,9 @@ class Notice:
 class PagesBar:
     """Buttons with which a page takes, asks for, and gives up the controls."""
 
-    def __init__(self, gui: viser.GuiApi, requests: OperatorRequests) -> None:
-        """Add them to the open container of ``gui``."""
-        group = gui.add_button_group("Controls", ("take", "give up"))
+    def __init__(self, requests: OperatorRequests) -> None:
+        """Add them to the open container of the page."""
+        group = requests.gui.add_button_group("Controls", ("take", "give up"))
 
         async def on_click(event: Event) -> None:
             page = event.client_id

@@ -24,7 +24,7 @@ def test_a_path_that_was_told_before_the_machine_is_drawn_with_it_and_with_the_n
 ) -> None:
     machine = ShownMachine(rig.probe.node, rig.requests)
     tabs = rig.gui.add_tab_group()
-    view = LiveView(rig.server, tabs, rig.requests, machine, print, lambda _: True, None)
+    view = LiveView(tabs, rig.requests, machine, print, lambda _: True, None)
 
     def drawn() -> Any:
         view.step()

@@ -35,7 +35,7 @@ class Rig:
         settings.write_text("unit: mm\noffsets: {G54: [0, 0, 0]}\n")
         self.chosen = ChosenProgram(ProgramFolder(folder), settings, self.zeros, machine)
         self.runs = Runs(rig.requests)
-        self.controls = ManualControls(rig.gui, rig.requests, machine, self.runs, self.chosen)
+        self.controls = ManualControls(rig.requests, machine, self.runs, self.chosen)
         self.switched: list[Any] = []
         self.runs.link.put_out = self.switched.append  # type: ignore[method-assign]
 

@@ -83,7 +83,7 @@ def test_other_drives_are_refused(tmp_path: Path, step: str) -> None:
 
 @pytest.fixture
 def tab(rig: PanelRig, tmp_path: Path) -> PointsTab:
-    return PointsTab(rig.gui, rig.requests, rig.machine, tmp_path / "taught.yaml")
+    return PointsTab(rig.requests, rig.machine, tmp_path / "taught.yaml")
 
 
 def names(tab: PointsTab) -> list[str]:

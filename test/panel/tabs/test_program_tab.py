@@ -44,7 +44,6 @@ class Rig:
         self.chosen = ChosenProgram(self.folder, settings, folder / "zeros.yaml", rig.machine)
         self.runs = Runs(rig.requests)
         self.tab = ProgramTab(
-            rig.server,
             rig.requests,
             rig.machine,
             self.runs,

@@ -26,7 +26,7 @@ PERIOD = 0.002  # s, of a simulated machine
 
 @pytest.fixture
 def tab(rig: PanelRig) -> SwingTab:
-    return SwingTab(rig.gui, rig.requests)
+    return SwingTab(rig.requests)
 
 
 def words(tab: SwingTab) -> str:

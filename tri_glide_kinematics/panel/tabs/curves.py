@@ -478,8 +478,9 @@ class Shaping(NamedTuple):
 class SwingTab:
     """The curve of the measured swing, and fields for the shaper."""
 
-    def __init__(self, gui: viser.GuiApi, requests: OperatorRequests) -> None:
-        """Add all to the open container of ``gui``."""
+    def __init__(self, requests: OperatorRequests) -> None:
+        """Add all to the open container of the page."""
+        gui = requests.gui
         self._requests = requests
         self._times = SteadyTimes()
         self._shown: Shaping | None = None
@@ -489,14 +490,14 @@ class SwingTab:
             self._shaper = OperatorsInput(requests, gui.add_dropdown("Kind", SHAPERS))
             self._modes = [
                 [
-                    OperatorsNumber(requests, gui, f"{name} [{unit}]", number, least=0.0)
+                    OperatorsNumber(requests, f"{name} [{unit}]", number, least=0.0)
                     for unit, number in (("Hz", 15.0), ("% damping", 5.0))
                 ]
                 for name in ("Mode", "2nd")
             ]
             self._has_second = OperatorsInput(requests, gui.add_checkbox("A second mode", False))
             look = {"color": "blue", "icon": viser.Icon.WAVE_SINE}
-            add_button(requests, gui, "Set", self._set, **look)
+            add_button(requests, "Set", self._set, **look)
             self._words = gui.add_html("")
 
     def show(self, facts: MachineFacts | None, *, waits: bool) -> None:

@@ -66,31 +66,29 @@ VIEWS = {"top": (0.0, -1e-3, 1.0), "front": (0.0, -1.0, 0.0), "fit": None}
 class DriveTab:
     """Enabling, speed, jogs, steps, and a position to go to."""
 
-    def __init__(
-        self, gui: viser.GuiApi, requests: OperatorRequests, machine: ShownMachine
-    ) -> None:
-        """Add all to the open container of ``gui``, by which a ``machine`` is driven."""
-        self._gui = gui
+    def __init__(self, requests: OperatorRequests, machine: ShownMachine) -> None:
+        """Add all to the open container of the page, by which a ``machine`` is driven."""
+        gui = requests.gui
         self._requests = requests
         self._machine = machine
         link = requests.link
         powers = {name: partial(link.enable, name == "enable") for name in ("enable", "disable")}
-        add_buttons(requests, gui, "Machine", powers)
+        add_buttons(requests, "Machine", powers)
         motions = {name: partial(link.trigger, name) for name in ("pause", "resume")}
-        add_buttons(requests, gui, "Motion", motions)
+        add_buttons(requests, "Motion", motions)
         self._teach: Any = gui.add_checkbox("Teach mode", False, hint=TEACH_HINT)
         self._is_teaching = False
         # Facts by which the teach mode was shown.
         self._shown: MachineFacts | None = None
         self._teach.on_update(self._set_teach_mode)
-        self._scale = ScaleSlider(requests, gui, "Speed", 100, "speed_scale")
+        self._scale = ScaleSlider(requests, "Speed", 100, "speed_scale")
         modes = {mode: partial(self._set_mode, mode) for mode in (HOLD, *STEPS, OWN)}
-        add_buttons(requests, gui, "Jog [mm]", modes)
+        add_buttons(requests, "Jog [mm]", modes)
         self._own_step = OperatorsNumber(
-            *(requests, gui, "Own step [mm]", USUAL_STEP), least=SMALLEST_STEP, most=LARGEST_STEP
+            requests, "Own step [mm]", USUAL_STEP, least=SMALLEST_STEP, most=LARGEST_STEP
         )
         self._speed = OperatorsNumber(
-            *(requests, gui, "Jog [mm/s]", USUAL_JOG), least=SLOWEST_JOG, most=FASTEST_JOG
+            requests, "Jog [mm/s]", USUAL_JOG, least=SLOWEST_JOG, most=FASTEST_JOG
         )
         self._mode = HOLD
         self._state: OperatingState | None = None
@@ -101,11 +99,11 @@ class DriveTab:
         self._show_pad()
         self._show_on()
         with gui.add_folder("Go to"):
-            self._place = [OperatorsNumber(requests, gui, f"{axis} [mm]", 0.0) for axis in "xyz"]
-            self._go_speed = SpeedFields(requests, gui, "at [mm/s]", SPEED_HINT)
+            self._place = [OperatorsNumber(requests, f"{axis} [mm]", 0.0) for axis in "xyz"]
+            self._go_speed = SpeedFields(requests, "at [mm/s]", SPEED_HINT)
             look = {"color": "blue", "icon": viser.Icon.PLAYER_PLAY}
-            add_button(requests, gui, "Go", self._go, **look)
-            add_button(requests, gui, "Take the present position", self._take_present)
+            add_button(requests, "Go", self._go, **look)
+            add_button(requests, "Take the present position", self._take_present)
         self._present: Vector3 | None = None
         gui.add_button_group("View", tuple(VIEWS)).on_click(self._look)
 
@@ -172,7 +170,7 @@ class DriveTab:
 
     def _pad_button(self, direction: Vector3) -> Any:
         """Return a button that is not seen: the pad presses and holds it."""
-        button = self._gui.add_button("jog", visible=False)
+        button = self._requests.gui.add_button("jog", visible=False)
         requests = self._requests
 
         async def hold(event: Event) -> None:

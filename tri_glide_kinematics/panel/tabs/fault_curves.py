@@ -9,7 +9,6 @@ from pathlib import Path
 from threading import Thread
 
 import numpy as np
-import viser
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.inputs import OperatorsInput, add_button
@@ -32,15 +31,15 @@ NOW = "the last 10 s"
 class FaultCurves:
     """The choice of what is drawn on the tab *Curves*."""
 
-    def __init__(self, server: viser.ViserServer, requests: OperatorRequests) -> None:
-        """Add it to the open container of the ``server``'s panel."""
-        gui = server.gui
-        self._server, self._requests = server, requests
+    def __init__(self, requests: OperatorRequests) -> None:
+        """Add it to the open container of the page."""
+        gui = requests.gui
+        self._requests = requests
         self._files: dict[str, Path] | None = None
         self._choice = gui.add_dropdown("Curves of", (NOW,))
         self._input = OperatorsInput(requests, self._choice, self._choose)
         label = "Download the recording"
-        self._download = add_button(requests, gui, label, self._send, visible=False)
+        self._download = add_button(requests, label, self._send, visible=False)
         self._words = gui.add_html("")
         self._lag = LagPlot(gui)
         self._offsets = np.zeros(3)
@@ -60,9 +59,7 @@ class FaultCurves:
         self._files = files
         for name in reversed(new):
             show = partial(self._show, name)
-            shown = add_button(
-                *(self._requests, self._server.gui, "recording", show), visible=False
-            )
+            shown = add_button(self._requests, "recording", show, visible=False)
             text = "the seconds before the fault are recorded"
             self._requests.history.add(FAULT, text, press=uuid_of(shown))
         self._choice.options = (NOW, *files)
@@ -117,4 +114,4 @@ class FaultCurves:
 
     def _send(self) -> None:
         if file := (self._files or {}).get(self._chosen):
-            send_file(self._server, self._requests, file)
+            send_file(self._requests, file)

@@ -73,13 +73,12 @@ class GoToHandle:
 
     def __init__(
         self,
-        server: viser.ViserServer,
         requests: OperatorRequests,
         size: float,
         move_to: Callable[[Vector3], None],
     ) -> None:
         """Put it into the scene, hidden before it has a place; its arrows have a ``size`` [m]."""
-        self._server = server
+        server = requests.server
         self._requests = requests
         self._move_to = move_to
         self._drag = Drag()
@@ -113,7 +112,7 @@ class GoToHandle:
     async def _on_update(self, event: Any) -> None:
         # viser tells of the end of a drag when a page vanishes, too: that is no wish to move.
         page, drag = event.client_id, self._drag
-        is_there = page in self._server.get_clients()
+        is_there = page in self._requests.server.get_clients()
         if event.phase == "end" or not is_there:
             place = drag.end(page)
             if is_there and self._requests.may(page) and place is not None:
@@ -232,7 +231,6 @@ class LiveView:
 
     def __init__(
         self,
-        server: viser.ViserServer,
         tabs: viser.GuiTabGroupHandle,
         requests: OperatorRequests,
         machine: ShownMachine,
@@ -243,7 +241,6 @@ class LiveView:
         """Add the tabs with numbers and curves.
 
         Args:
-            server: of the page.
             tabs: to which they are added.
             requests: of the operator.
             machine: that is shown.
@@ -251,7 +248,7 @@ class LiveView:
             shows: tells whether any page has a tab open.
             measurements: file with those of a calibration; None for none.
         """
-        self._server = server
+        server = requests.server
         self._requests = requests
         self._machine = machine
         self._move_to = move_to
@@ -274,10 +271,10 @@ class LiveView:
         with tabs.add_tab("Numbers"):
             self._numbers = server.gui.add_html(note("no machine yet"))
             self._picking = PickView(server)
-            self._map = MachineMap(server, requests, measurements)
+            self._map = MachineMap(requests, measurements)
         self._curves_tab = tabs.add_tab("Curves")
         with self._curves_tab:
-            self._faults = FaultCurves(server, requests)
+            self._faults = FaultCurves(requests)
 
     def step(self) -> None:
         """Follow the facts of the machine: a page that is opened begins with them."""
@@ -292,7 +289,7 @@ class LiveView:
         limits = CurveLimits(*facts.travel, facts.limits.velocity, facts.limits.acceleration)
         with self._curves_tab:
             if self._curves is None:
-                self._curves = Curves(self._server.gui, limits)
+                self._curves = Curves(self._requests.server.gui, limits)
             else:
                 self._curves.set_limits(limits)
         if self._drawn is not None and self._drawn.is_same_machine(facts):
@@ -301,12 +298,12 @@ class LiveView:
         if self._scene is not None and self._handle is not None:
             self._scene.remove()
             self._handle.remove()
-        camera = self._server.initial_camera
+        camera = self._requests.server.initial_camera
         camera.position, camera.look_at = map(np.array, view_of(facts))
-        self._scene = Scene(self._server.scene, facts)
+        self._scene = Scene(self._requests.server.scene, facts)
         self._lines = {}
         size = HANDLE_SIZE * max(facts.machine.geometry.arm_lengths)
-        self._handle = GoToHandle(self._server, self._requests, size, self._move_to)
+        self._handle = GoToHandle(self._requests, size, self._move_to)
         self._shaping = edge_rings(facts.workspace)
 
     def draw(self) -> None:
@@ -321,7 +318,7 @@ class LiveView:
         machines = ((scene.measured, measured), (scene.commanded, commanded))
         # viser looks for what there is to be sent at the end of each block.
         if any(drawn.differs(pose) for drawn, pose in machines):
-            with self._server.atomic():
+            with self._requests.server.atomic():
                 for drawn, pose in machines:
                     drawn.show(pose)
         scene.show_target(feeds.target)

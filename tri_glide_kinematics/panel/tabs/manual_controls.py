@@ -162,8 +162,9 @@ class TypedLines:
         lines: the newest one first.
     """
 
-    def __init__(self, gui: viser.GuiApi, requests: OperatorRequests, driver: LineDriver) -> None:
-        """Add it to the open container of ``gui``."""
+    def __init__(self, requests: OperatorRequests, driver: LineDriver) -> None:
+        """Add it to the open container of the page."""
+        gui = requests.gui
         self._requests, self._driver = requests, driver
         self.lines: deque[str] = deque(maxlen=MOST_LINES)
         self._typed: Any = gui.add_text("line", "", visible=False)
@@ -198,17 +199,17 @@ class OwnButtons:
 
     def __init__(
         self,
-        gui: viser.GuiApi,
         requests: OperatorRequests,
         driver: LineDriver,
         chosen: ChosenProgram,
         newest_line: Callable[[], str],
     ) -> None:
-        """Add them to the open container of ``gui``.
+        """Add them to the open container of the page.
 
         A button is made of the ``chosen`` program, or of the ``newest_line``; empty for none.
         """
-        self._gui, self._requests, self._driver = gui, requests, driver
+        gui = requests.gui
+        self._requests, self._driver = requests, driver
         self._chosen, self._newest_line = chosen, newest_line
         self._file = buttons_file(chosen.files[1])
         self._mark: object = None
@@ -223,7 +224,7 @@ class OwnButtons:
                 "chosen file": lambda: self._make(self._file_text),
                 "remove": self._remove,
             }
-            add_buttons(requests, gui, "Own", actions)
+            add_buttons(requests, "Own", actions)
 
     def step(self) -> None:
         """Show those of the file, if they have changed.
@@ -243,7 +244,7 @@ class OwnButtons:
             if name not in self._buttons:
                 drive = partial(self._driver.drive, text, name)
                 with self._folder:
-                    button = add_button(self._requests, self._gui, name, drive)
+                    button = add_button(self._requests, name, drive)
                 self._buttons[name] = text, button
 
     def _remove(self) -> None:
@@ -283,22 +284,22 @@ class WorkZero:
 
     def __init__(
         self,
-        gui: viser.GuiApi,
         requests: OperatorRequests,
         machine: ShownMachine,
         chosen: ChosenProgram,
     ) -> None:
-        """Add fields to the open container of ``gui``; offsets are those of ``chosen`` programs."""
+        """Add fields to the open container of the page; the offsets are those of the ``chosen``."""
+        gui = requests.gui
         self._machine, self._chosen = machine, chosen
         # Those in force, and the marks of the files that say so.
         self._zeros: dict[str, Vector3] = {}
         self._marks: object = None
         self._name = OperatorsInput(requests, gui.add_dropdown("Offset", WORK_OFFSETS))
-        self._value = OperatorsNumber(requests, gui, "This place is [mm]", 0.0)
+        self._value = OperatorsNumber(requests, "This place is [mm]", 0.0)
         actions: dict[str, Callable[[], None]] = {
             name: partial(self._set, axes) for name, axes in AXES.items()
         }
-        add_buttons(requests, gui, "Set", {**actions, "clear": self._clear})
+        add_buttons(requests, "Set", {**actions, "clear": self._clear})
         self._text = gui.add_html("")
 
     def step(self) -> None:
@@ -351,15 +352,14 @@ class WorkZero:
 class Outputs:
     """The outputs with their newest values, and a switch for each."""
 
-    def __init__(
-        self, gui: viser.GuiApi, requests: OperatorRequests, machine: ShownMachine, runs: Runs
-    ) -> None:
-        """Add them to the open container of ``gui``; they are switched by the link of ``runs``."""
-        self._gui, self._requests, self._machine, self._runs = gui, requests, machine, runs
+    def __init__(self, requests: OperatorRequests, machine: ShownMachine, runs: Runs) -> None:
+        """Add them to the open container of the page; they are switched by the link of ``runs``."""
+        gui = requests.gui
+        self._requests, self._machine, self._runs = requests, machine, runs
         self._boxes: dict[OutputKey, Any] = {}
         self._folder = gui.add_folder("Outputs", expand_by_default=False)
         with self._folder:
-            self._speed = OperatorsNumber(requests, gui, "M3, or M4 if < 0 [1/min]", 1000.0)
+            self._speed = OperatorsNumber(requests, "M3, or M4 if < 0 [1/min]", 1000.0)
             self._values = gui.add_html("")
         for key in USUAL:
             self._add_switch(key)
@@ -378,7 +378,8 @@ class Outputs:
 
     def _add_switch(self, key: OutputKey) -> None:
         with self._folder:
-            box = self._boxes[key] = self._gui.add_checkbox(_name(key), initial_value=False)
+            box = self._requests.gui.add_checkbox(_name(key), initial_value=False)
+        self._boxes[key] = box
 
         async def switch(event: Event) -> None:
             if event.client_id is None:
@@ -407,29 +408,28 @@ class ManualControls:
 
     def __init__(
         self,
-        gui: viser.GuiApi,
         requests: OperatorRequests,
         machine: ShownMachine,
         runs: Runs,
         chosen: ChosenProgram,
     ) -> None:
-        """Add all to the open container of ``gui``.
+        """Add all to the open container of the page.
 
         Args:
-            gui: of the page.
             requests: of the operator.
             machine: that is driven.
             runs: by which lines run.
             chosen: program, whose settings hold here, too.
         """
+        gui = requests.gui
         self._requests = requests
         self._driver = LineDriver(requests, machine, runs, chosen)
-        self._own = OwnButtons(gui, requests, self._driver, chosen, self._newest_line)
+        self._own = OwnButtons(requests, self._driver, chosen, self._newest_line)
         with gui.add_folder("Line"):
-            self._typed = TypedLines(gui, requests, self._driver)
+            self._typed = TypedLines(requests, self._driver)
         with gui.add_folder("Work zero", expand_by_default=False):
-            self.work_zero = WorkZero(gui, requests, machine, chosen)
-        self._outputs = Outputs(gui, requests, machine, runs)
+            self.work_zero = WorkZero(requests, machine, chosen)
+        self._outputs = Outputs(requests, machine, runs)
 
     def step(self) -> None:
         """Go on with what is done by hand."""

@@ -140,24 +140,24 @@ class PointsTab:
 
     def __init__(
         self,
-        gui: viser.GuiApi,
         requests: OperatorRequests,
         machine: ShownMachine,
         file: Path,
     ) -> None:
-        """Add all to the open container of ``gui``.
+        """Add all to the open container of the page.
 
         The points of a ``machine`` are saved to a ``file``, or others beside it, and loaded from
         there.
         """
+        gui = requests.gui
         self.points: tuple[Point, ...] = ()
         self._back: deque[tuple[Point, ...]] = deque(maxlen=STEPS_BACK)
         self._requests = requests
         self._given = file
         self._folder = file.parent
         self._machine = machine
-        button = partial(add_button, requests, gui)
-        buttons = partial(add_buttons, requests, gui)
+        button = partial(add_button, requests)
+        buttons = partial(add_buttons, requests)
         button("Teach this position", self._teach, icon=viser.Icon.MAP_PIN_PLUS)
         self._table = gui.add_html("")
         buttons("Points", {"undo": self._undo, "clear": self._ask})
@@ -165,17 +165,19 @@ class PointsTab:
         self._keep = button("Keep them", self._keep_all, visible=False)
         with gui.add_folder("Point"):
             self._choice = OperatorsNumber(
-                *(requests, gui, "Number", 1),
+                requests,
+                "Number",
+                1,
                 least=1,
                 is_whole=True,
                 on_change=lambda _: self._show_chosen(),
             )
             self._name = OperatorsInput(requests, gui.add_text("Name", ""))
-            self._place = [OperatorsNumber(requests, gui, f"{axis} [mm]", 0.0) for axis in "xyz"]
+            self._place = [OperatorsNumber(requests, f"{axis} [mm]", 0.0) for axis in "xyz"]
             actions = {"go to": self._go, "change": self._change, "remove": self._remove}
             buttons("This one", actions)
-        self._tolerance = OperatorsNumber(requests, gui, "Corners [mm]", USUAL_TOLERANCE, least=0.0)
-        self._speed = SpeedFields(requests, gui, "Speed [mm/s]")
+        self._tolerance = OperatorsNumber(requests, "Corners [mm]", USUAL_TOLERANCE, least=0.0)
+        self._speed = SpeedFields(requests, "Speed [mm/s]")
         button("Drive through them", self._drive, color="blue", icon=viser.Icon.ROUTE)
         self._file = OperatorsInput(requests, gui.add_text("File name", file.stem))
         self._saved = gui.add_dropdown("Files", [NO_FILE])

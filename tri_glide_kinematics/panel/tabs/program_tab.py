@@ -118,20 +118,19 @@ class Listing:
 
     def __init__(
         self,
-        gui: viser.GuiApi,
         requests: OperatorRequests,
         chosen: ChosenProgram,
         line: OperatorsNumber,
     ) -> None:
-        """Add it to the open container of ``gui``; a click sets the first ``line``."""
+        """Add it to the open container of the page; a click sets the first ``line``."""
         self._chosen, self._line = chosen, line
         self._first = 1
         # A line of the listing presses the button of its row.
         self._rows = [
-            add_button(requests, gui, "line", partial(self._take, row), visible=False)
+            add_button(requests, "line", partial(self._take, row), visible=False)
             for row in range(LISTED)
         ]
-        self._html = gui.add_html("")
+        self._html = requests.gui.add_html("")
 
     def _take(self, row: int) -> None:
         self._line.set(self._first + row)
@@ -216,7 +215,6 @@ class ProgramTab:
 
     def __init__(
         self,
-        server: viser.ViserServer,
         requests: OperatorRequests,
         machine: ShownMachine,
         runs: Runs,
@@ -224,10 +222,9 @@ class ProgramTab:
         chosen: ChosenProgram,
         kept: Path,
     ) -> None:
-        """Add all to the open container of the ``server``'s panel.
+        """Add all to the open container of the page.
 
         Args:
-            server: of the page.
             requests: of the operator.
             machine: that programs are for.
             runs: by which they run.
@@ -235,9 +232,8 @@ class ProgramTab:
             chosen: the one that is chosen.
             kept: file that says how far a program came.
         """
-        gui = server.gui
+        gui = requests.gui
         self._requests, self._machine, self._runs = requests, machine, runs
-        self._server = server
         self._folder = uploads.folder
         self._uploads = uploads
         self._kept = kept
@@ -248,7 +244,7 @@ class ProgramTab:
         self._run_progress: RunProgress | None = None
         self._doomed = ("", -math.inf)
         self._list_pace, self._show_pace = Pace(LIST_PERIOD), Pace(SHOW_PERIOD)
-        self._drawing = ProgramDrawing(server.scene, chosen)
+        self._drawing = ProgramDrawing(requests.server.scene, chosen)
         uploads.on_file = self._take_file
         gui.add_html(UPLOAD)
         self._files = gui.add_dropdown("File", (NO_FILE, *self._folder.names()))
@@ -258,28 +254,28 @@ class ProgramTab:
             gui.add_dropdown("Dialect", (FROM_SETTINGS, *(each.value for each in Dialect))),
             self._choose_dialect,
         )
-        self._line = OperatorsNumber(requests, gui, "From line", 1, least=1, is_whole=True)
+        self._line = OperatorsNumber(requests, "From line", 1, least=1, is_whole=True)
         self._approach = OperatorsNumber(
-            *(requests, gui, "To the start [mm/s]", USUAL_SPEED), least=SLOWEST_SPEED
+            requests, "To the start [mm/s]", USUAL_SPEED, least=SLOWEST_SPEED
         )
         self._single_block = OperatorsInput(
             requests, gui.add_checkbox("Single block", initial_value=False), self._set_single_block
         )
         actions = {"check": self._check, "run": self._begin_run, "cancel": self._cancel}
-        add_buttons(requests, gui, "Program", actions)
+        add_buttons(requests, "Program", actions)
         trigger = requests.link.trigger
         motions: dict[str, Callable[[], None]] = {
             "pause": partial(trigger, "pause"),
             "go on": partial(trigger, "resume"),
             "stop": self._stop,
         }
-        add_buttons(requests, gui, "Motion", motions, of_any_page=("stop",))
-        self._scales = [ScaleSlider(requests, gui, *scale) for scale in SCALES]
+        add_buttons(requests, "Motion", motions, of_any_page=("stop",))
+        self._scales = [ScaleSlider(requests, *scale) for scale in SCALES]
         with gui.add_folder("File and lines", expand_by_default=False):
             self._name = OperatorsInput(requests, gui.add_text("Name", ""))
             actions = {"rename": self._rename, "download": self._send, "delete": self._delete}
-            add_buttons(requests, gui, "This file", actions)
-            self._listing = Listing(gui, requests, chosen, self._line)
+            add_buttons(requests, "This file", actions)
+            self._listing = Listing(requests, chosen, self._line)
         # Texts change their height: below them, a button would move under the finger.
         self._progress = gui.add_html("")
         self._words = gui.add_html("")
@@ -381,7 +377,7 @@ class ProgramTab:
             self._line.set(answer.line)
 
     def _send(self) -> None:
-        send_file(self._server, self._requests, self._chosen.path)
+        send_file(self._requests, self._chosen.path)
 
     def _rename(self) -> None:
         self._folder.rename(self._idle_file(), new := self._name.value.strip())
