@@ -35,7 +35,9 @@ from tri_glide_kinematics.panel.words import clock_text, note, progress, table
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramCheck,
+    ProgramRun,
     ProgramSettings,
+    RunState,
     Scales,
     TimeLeft,
     load_own_settings,
@@ -380,6 +382,7 @@ class ChosenProgram:
         read: what it means; None before that is known.
         check: the proof of it; None before that is there, or when it holds no more.
         error: why it is not read, or not proved.
+        run: the newest one of it; None before the first.
     """
 
     def __init__(
@@ -399,6 +402,7 @@ class ChosenProgram:
         self.read: ReadProgram | None = None
         self.check: ProgramCheck | None = None
         self.error = ""
+        self.run: ProgramRun | None = None
         self._folder = folder
         self._shown_machine = machine
         self._facts: MachineFacts | None = None
@@ -413,6 +417,11 @@ class ChosenProgram:
         self._stream: BinaryIO | None = None
         # Made of the check, when it is asked for; None for a run that begins anew.
         self._time_left: TimeLeft | None = None
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it runs."""
+        return self.run is not None and self.run.state is not RunState.ENDED
 
     @property
     def is_in_work(self) -> bool:
@@ -469,7 +478,7 @@ class ChosenProgram:
     def load(self) -> None:
         """Begin to read the file that is chosen, in place of what was read before."""
         self.close()
-        self.read = self.check = None
+        self.read = self.check = self.run = None
         self.error = ""
         self._is_outdated = False
         if self._stream is not None:
@@ -493,9 +502,9 @@ class ChosenProgram:
         self.close()
         self._begin(self.path, is_check=True)
 
-    def begin_run(self) -> None:
-        """Forget how long another run has taken."""
-        self._time_left = None
+    def begin_run(self, run: ProgramRun) -> None:
+        """Follow a ``run`` of it."""
+        self.run, self._time_left = run, None
 
     def cancel(self) -> None:
         """End what is being done with it; what is not read is not chosen any more."""
@@ -517,8 +526,7 @@ class ChosenProgram:
         if isinstance(answer, NotRead):
             self.error = answer.reason
         elif isinstance(answer, ProgramCheck):
-            self.check = answer
-            self.begin_run()
+            self.check, self._time_left = answer, None
         else:
             self.read = answer
         return answer
@@ -557,14 +565,15 @@ class ChosenProgram:
             return ""
         return f"line {self.read.outside:,} leads outside the workspace"
 
-    def text(self, *, is_running: bool) -> str:
-        """Return what is known of it, for the page."""
+    @property
+    def text(self) -> str:
+        """What is known of it, for the page."""
         parts = []
         if self._process is not None:
             seconds = clock_text(monotonic() - self._process.begun_at)
             text = f"{self.in_work}, since {seconds} (cancel ends it)"
             parts.append(progress(self._process.part, text, is_work=True))
-        if is_running and self.is_changed:
+        if self.is_running and self.is_changed:
             text = f"{self.changed}: what runs is what was read before"
             parts.append(note(text, is_bad=True))
         if self.outside:

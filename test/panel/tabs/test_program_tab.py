@@ -55,7 +55,7 @@ class Rig:
     def choose(self, name: str, text: str) -> None:
         """Put a file into the folder, and choose it."""
         (self.folder.folder / name).write_text(text)
-        self.tab._show_list()
+        self.tab.files._show_list()
         self.press("File", name)
 
     def send(self, name: str, size: int, content: bytes) -> None:
@@ -72,8 +72,8 @@ class Rig:
     def words(self) -> str:
         """All that the tab tells."""
         self.tab.step()
-        self.tab._list_pace.hurry()
-        self.tab._show_pace.hurry()
+        self.tab.files._pace.hurry()
+        self.tab._pace.hurry()
         self.tab.show()
         return self.tab._words.content + self.tab._progress.content + self.requests.refusal
 
@@ -158,8 +158,8 @@ def test_lines_are_chosen_in_the_listing_and_files_renamed_and_deleted(tab: Rig)
     assert tab.requests.refusal == "choose a program first"
     tab.choose("square.ngc", SQUARE)
     tab.read_until("-20 to 60 mm")
-    assert "3  G1 X-20 F6000" in tab.tab._listing._html.content
-    tab.rig.send(tab.tab._listing._rows[2], True)
+    assert "3  G1 X-20 F6000" in tab.tab._actions._listing._html.content
+    tab.rig.send(tab.tab._actions._listing._rows[2], True)
     assert tab.rig.handle("From line").value == "3"
     tab.press("Name", "renamed.ngc")
     tab.press("rename")
@@ -182,7 +182,7 @@ def test_what_runs_is_not_changed_and_read_again_when_it_has_ended(tab: Rig) -> 
     ends: list[RunState] = []
     run.stop = lambda: ends.append(RunState.ENDED)
     run.look = lambda _: setattr(run, "state", (*ends, RunState.RUNNING)[0])
-    tab.tab._run = run
+    tab.chosen.begin_run(run)
     tab.runs.begin(run, tab.tab._end_run)
     for what, told in (("run", "runs already"), ("delete", "nothing done: part.ngc runs")):
         tab.press(what)

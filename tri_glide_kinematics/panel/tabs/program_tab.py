@@ -43,6 +43,7 @@ from tri_glide_kinematics.panel.programs import (
     FROM_SETTINGS,
     NO_FILE,
     ChosenProgram,
+    ProgramFolder,
     Uploads,
     send_file,
 )
@@ -135,12 +136,14 @@ class Listing:
     def _take(self, row: int) -> None:
         self._line.set(self._first + row)
 
-    def show(self, running: int | None) -> None:
-        """Show the lines around the ``running`` one; None is for none."""
+    def show(self) -> None:
+        """Show the lines around the one that runs, or that *run* begins at."""
         chosen, content = self._chosen, ""
         if chosen.read is not None:
             try:
-                line = int(self._line.value) if running is None else running
+                line = (
+                    chosen.run.line if chosen.run and chosen.is_running else int(self._line.value)
+                )
             except KinematicsError:
                 # Somebody is typing.
                 return
@@ -170,33 +173,35 @@ class Progress(NamedTuple):
 
 
 class RunProgress:
-    """Tells how far a run of the chosen program is."""
+    """Tells how far the run of the chosen program is."""
 
-    def __init__(self, run: ProgramRun, chosen: ChosenProgram) -> None:
-        """Follow a ``run`` that begins."""
-        self._run, self._chosen = run, chosen
+    def __init__(self, chosen: ChosenProgram) -> None:
+        """Follow the runs of what is ``chosen``."""
+        self._chosen = chosen
+        self._run: ProgramRun | None = None
         self._way = math.nan
-        chosen.begin_run()
 
-    def look(self, told: MachineState, *, is_single: bool, is_running: bool) -> Progress:
+    def look(self, told: MachineState, *, is_single: bool) -> Progress:
         """Return it by what the machine has ``told``; ``is_single`` is whether lines are single."""
-        run, chosen = self._run, self._chosen
-        if chosen.read is None:
+        chosen, run = self._chosen, self._chosen.run
+        if run is None or chosen.read is None:
             return Progress()
+        if run is not self._run:
+            self._run, self._way = run, math.nan
         lines = chosen.read.program.lines
         is_done = run.is_whole
         line, words = (lines, "done") if is_done else (run.line, run.state.value)
         texts, left, part = [f"{words}: line {line:,} of {lines:,}"], "", line / lines
         # With single blocks, the machine knows no more than a line.
         way = math.nan
-        if is_running and not is_single:
+        if chosen.is_running and not is_single:
             # A jog while it is paused, and the way back, have ways of their own.
             if told.target_kind == MachineState.TARGET_PATH:
                 self._way = told.way_remaining
             way = self._way
         if (whole := chosen.left(1)) > 0.0:
             part = 1.0 - chosen.left(line, way) / whole
-        if is_running and (seconds := chosen.left(line, way, is_run=True)) >= 0.0:
+        if chosen.is_running and (seconds := chosen.left(line, way, is_run=True)) >= 0.0:
             left = f"{clock_text(seconds)} left of {chosen.name}"
         if run.state is RunState.WAITING:
             texts.append(f"waits: {run.doing}")
@@ -206,8 +211,161 @@ class RunProgress:
         return Progress(text, 0 if is_done else line, left)
 
 
+class ProgramFiles:
+    """The files of the folder: one is chosen, renamed, sent or deleted, unless it runs.
+
+    Attributes:
+        line: at which *run* begins.
+    """
+
+    def __init__(
+        self,
+        requests: OperatorRequests,
+        uploads: Uploads,
+        chosen: ChosenProgram,
+        drawing: ProgramDrawing,
+    ) -> None:
+        """Add the choice to the open container of the page; what is ``chosen`` is drawn."""
+        gui = requests.gui
+        self._requests, self._chosen, self._drawing = requests, chosen, drawing
+        self._folder = uploads.folder
+        self._pace = Pace(LIST_PERIOD)
+        uploads.on_file = self.take
+        gui.add_html(UPLOAD)
+        self._files = gui.add_dropdown("File", (NO_FILE, *self._folder.names()))
+        self._file = OperatorsInput(requests, self._files, self.choose)
+        self._dialect = OperatorsInput(
+            requests,
+            gui.add_dropdown("Dialect", (FROM_SETTINGS, *(each.value for each in Dialect))),
+            self._choose_dialect,
+        )
+        self.line = OperatorsNumber(requests, "From line", 1, least=1, is_whole=True)
+
+    def step(self, kept: Path) -> None:
+        """Take what has been found out about the file; ``kept`` says how far a program came."""
+        if not self._chosen.is_running and self._chosen.has_another_machine:
+            self._load()
+        answer = self._chosen.take_answer()
+        if isinstance(answer, ReadProgram):
+            self._drawing.draw(answer)
+            # Of another program, or of one that was driven to its end, nothing is kept.
+            with suppress(KinematicsError):
+                self.line.set(line_to_go_on_from(kept, answer.program))
+        elif isinstance(answer, NotRead) and self._chosen.read is None and answer.line:
+            self.line.set(answer.line)
+
+    def show(self) -> None:
+        """Show which files there are."""
+        if self._pace.is_due():
+            self._show_list()
+
+    def take(self, name: str) -> None:
+        """Choose a file that has just come, unless another one runs."""
+        if not self._chosen.is_running:
+            self.choose(name)
+        elif name == self._chosen.name:
+            self._requests.refuse(f"{name} runs as it was; the new one is read when the run ends")
+        self._show_list()
+
+    def choose(self, name: str) -> None:
+        """Choose a file by its ``name``, unless one runs."""
+        if self._chosen.is_running:
+            self._requests.refuse(f"nothing chosen: {self._chosen.name} runs")
+            self._file.set(self._chosen.name)
+            return
+        self._chosen.name = "" if name == NO_FILE else name
+        self.line.set(1)
+        self._load()
+
+    def _choose_dialect(self, dialect: str) -> None:
+        if self._chosen.is_running:
+            self._requests.refuse(f"dialect not changed: {self._chosen.name} runs")
+            self._dialect.set(self._chosen.dialect)
+            return
+        self._chosen.dialect = dialect
+        self._load()
+
+    def _load(self) -> None:
+        """Begin to read the file that is chosen, in place of what was read before."""
+        self._drawing.clear()
+        self._chosen.load()
+
+    def _show_list(self) -> None:
+        chosen, names = self._chosen, self._folder.names()
+        if chosen.name and chosen.name not in names and not chosen.is_running:
+            self._requests.refuse(f"{chosen.name} is no longer in the folder of programs")
+            self.choose(NO_FILE)
+        elif chosen.is_changed and not chosen.is_running:
+            self._requests.refuse(f"{chosen.changed}: it is read again")
+            self.choose(chosen.name)
+        if chosen.name and chosen.name not in names:
+            names.insert(0, chosen.name)
+        if (NO_FILE, *names) != tuple(self._files.options):
+            self._files.options = (NO_FILE, *names)
+        if self._files.value != (chosen.name or NO_FILE):
+            self._file.set(chosen.name or NO_FILE)
+
+
+class FileActions:
+    """What is done with the chosen file: renamed, sent and deleted; and its lines."""
+
+    def __init__(
+        self,
+        requests: OperatorRequests,
+        folder: ProgramFolder,
+        chosen: ChosenProgram,
+        files: ProgramFiles,
+    ) -> None:
+        """Add all to the open container of the page; another file is chosen by ``files``."""
+        self._requests, self._folder = requests, folder
+        self._chosen, self._files = chosen, files
+        self._shown = ""
+        self._doomed = ("", -math.inf)
+        self._name = OperatorsInput(requests, requests.gui.add_text("Name", ""))
+        actions = {"rename": self._rename, "download": self._send, "delete": self._delete}
+        add_buttons(requests, "This file", actions)
+        self._listing = Listing(requests, chosen, files.line)
+
+    def show(self) -> None:
+        """Show the name and the lines of the file."""
+        if self._chosen.name != self._shown:
+            self._shown = self._chosen.name
+            self._name.set(self._shown)
+        self._listing.show()
+
+    def _send(self) -> None:
+        send_file(self._requests, self._chosen.path)
+
+    def _rename(self) -> None:
+        self._folder.rename(self._idle_file(), new := self._name.value.strip())
+        self._files.take(new)
+
+    def _delete(self) -> None:
+        """Delete the file if this is asked for twice."""
+        name = self._idle_file()
+        if self._doomed[0] != name or monotonic() > self._doomed[1]:
+            self._doomed = name, monotonic() + ASKED
+            text = f"delete {name}? Press delete once more within {ASKED:g} s"
+            self._requests.history.add(WARNING, text)
+            raise KinematicsError(text)
+        self._folder.remove(name)
+        self._files.take(NO_FILE)
+        self._requests.history.add(WARNING, f"{name} was deleted")
+
+    def _idle_file(self) -> str:
+        """Return the name of the file that is chosen.
+
+        Raises:
+            KinematicsError: if there is none, or it runs.
+        """
+        _ = self._chosen.path
+        if self._chosen.is_running:
+            raise KinematicsError(f"nothing done: {self._chosen.name} runs")
+        return self._chosen.name
+
+
 class ProgramTab:
-    """Programs of a folder: uploaded, chosen, checked, and run.
+    """Programs of a folder: chosen, checked, and run.
 
     Attributes:
         left: how long the program that runs still takes, for the strip; empty if unknown.
@@ -234,27 +392,13 @@ class ProgramTab:
         """
         gui = requests.gui
         self._requests, self._machine, self._runs = requests, machine, runs
-        self._folder = uploads.folder
-        self._uploads = uploads
-        self._kept = kept
-        self._chosen = chosen
+        self._uploads, self._chosen, self._kept = uploads, chosen, kept
         self.left = ""
         self._facts: MachineFacts | None = None
-        self._run: ProgramRun | None = None
-        self._run_progress: RunProgress | None = None
-        self._doomed = ("", -math.inf)
-        self._list_pace, self._show_pace = Pace(LIST_PERIOD), Pace(SHOW_PERIOD)
+        self._run_progress = RunProgress(chosen)
+        self._pace = Pace(SHOW_PERIOD)
         self._drawing = ProgramDrawing(requests.server.scene, chosen)
-        uploads.on_file = self._take_file
-        gui.add_html(UPLOAD)
-        self._files = gui.add_dropdown("File", (NO_FILE, *self._folder.names()))
-        self._file = OperatorsInput(requests, self._files, self._choose)
-        self._dialect = OperatorsInput(
-            requests,
-            gui.add_dropdown("Dialect", (FROM_SETTINGS, *(each.value for each in Dialect))),
-            self._choose_dialect,
-        )
-        self._line = OperatorsNumber(requests, "From line", 1, least=1, is_whole=True)
+        self.files = ProgramFiles(requests, uploads, chosen, self._drawing)
         self._approach = OperatorsNumber(
             requests, "To the start [mm/s]", USUAL_SPEED, least=SLOWEST_SPEED
         )
@@ -272,19 +416,12 @@ class ProgramTab:
         add_buttons(requests, "Motion", motions, of_any_page=("stop",))
         self._scales = [ScaleSlider(requests, *scale) for scale in SCALES]
         with gui.add_folder("File and lines", expand_by_default=False):
-            self._name = OperatorsInput(requests, gui.add_text("Name", ""))
-            actions = {"rename": self._rename, "download": self._send, "delete": self._delete}
-            add_buttons(requests, "This file", actions)
-            self._listing = Listing(requests, chosen, self._line)
+            self._actions = FileActions(requests, uploads.folder, chosen, self.files)
         # Texts change their height: below them, a button would move under the finger.
         self._progress = gui.add_html("")
         self._words = gui.add_html("")
         with suppress(KinematicsError):
             runs.link.find(load_kept(kept))
-
-    @property
-    def _is_running(self) -> bool:
-        return self._runs.drives(self._run)
 
     def step(self) -> None:
         """Take in what has come of the machine and of the program."""
@@ -296,117 +433,18 @@ class ProgramTab:
             if facts is not None and facts is not self._facts:
                 self._facts = facts
                 self._chosen.take_facts(facts)
-            if not self._is_running and self._chosen.has_another_machine:
-                self._load()
-            self._take_answer()
+            self.files.step(self._kept)
         except (KinematicsError, OSError) as error:
             # The rest of the page is shown all the same.
             self._requests.refuse(f"program: {error}")
 
     def show(self) -> None:
         """Show on the pages what there is."""
-        if self._list_pace.is_due():
-            self._show_list()
-        if self._show_pace.is_due():
-            running = self._run.line if self._run is not None and self._is_running else None
-            self._words.content = self._uploads.text + self._chosen.text(
-                is_running=self._is_running
-            )
+        self.files.show()
+        if self._pace.is_due():
+            self._words.content = self._uploads.text + self._chosen.text
             self._show_progress()
-            self._listing.show(running)
-
-    # Files
-
-    def _take_file(self, name: str) -> None:
-        """Choose a file that has just come, unless another one runs."""
-        if not self._is_running:
-            self._choose(name)
-        elif name == self._chosen.name:
-            self._requests.refuse(f"{name} runs as it was; the new one is read when the run ends")
-        self._show_list()
-
-    def _show_list(self) -> None:
-        """Show which files there are."""
-        chosen, names = self._chosen, self._folder.names()
-        if chosen.name and chosen.name not in names and not self._is_running:
-            self._requests.refuse(f"{chosen.name} is no longer in the folder of programs")
-            self._choose(NO_FILE)
-        elif chosen.is_changed and not self._is_running:
-            self._requests.refuse(f"{chosen.changed}: it is read again")
-            self._choose(chosen.name)
-        if chosen.name and chosen.name not in names:
-            names.insert(0, chosen.name)
-        if (NO_FILE, *names) != tuple(self._files.options):
-            self._files.options = (NO_FILE, *names)
-        if self._files.value != (chosen.name or NO_FILE):
-            self._file.set(chosen.name or NO_FILE)
-
-    def _choose(self, name: str) -> None:
-        if self._is_running:
-            self._requests.refuse(f"nothing chosen: {self._chosen.name} runs")
-            self._file.set(self._chosen.name)
-            return
-        self._chosen.name = "" if name == NO_FILE else name
-        self._name.set(self._chosen.name)
-        self._line.set(1)
-        self._load()
-
-    def _choose_dialect(self, dialect: str) -> None:
-        if self._is_running:
-            self._requests.refuse(f"dialect not changed: {self._chosen.name} runs")
-            self._dialect.set(self._chosen.dialect)
-            return
-        self._chosen.dialect = dialect
-        self._load()
-
-    def _load(self) -> None:
-        """Begin to read the file that is chosen, in place of what was read before."""
-        self._run = self._run_progress = None
-        self._drawing.clear()
-        self._chosen.load()
-
-    def _take_answer(self) -> None:
-        """Take what has been found out about the program, if that is there."""
-        answer = self._chosen.take_answer()
-        if isinstance(answer, ReadProgram):
-            self._drawing.draw(answer)
-            # Of another program, or of one that was driven to its end, nothing is kept.
-            with suppress(KinematicsError):
-                self._line.set(line_to_go_on_from(self._kept, answer.program))
-        elif isinstance(answer, NotRead) and self._chosen.read is None and answer.line:
-            self._line.set(answer.line)
-
-    def _send(self) -> None:
-        send_file(self._requests, self._chosen.path)
-
-    def _rename(self) -> None:
-        self._folder.rename(self._idle_file(), new := self._name.value.strip())
-        self._take_file(new)
-
-    def _delete(self) -> None:
-        """Delete the file if this is asked for twice."""
-        name = self._idle_file()
-        if self._doomed[0] != name or monotonic() > self._doomed[1]:
-            self._doomed = name, monotonic() + ASKED
-            text = f"delete {name}? Press delete once more within {ASKED:g} s"
-            self._requests.history.add(WARNING, text)
-            raise KinematicsError(text)
-        self._folder.remove(name)
-        self._take_file(NO_FILE)
-        self._requests.history.add(WARNING, f"{name} was deleted")
-
-    def _idle_file(self) -> str:
-        """Return the name of the file that is chosen.
-
-        Raises:
-            KinematicsError: if there is none, or it runs.
-        """
-        _ = self._chosen.path
-        if self._is_running:
-            raise KinematicsError(f"nothing done: {self._chosen.name} runs")
-        return self._chosen.name
-
-    # Runs
+            self._actions.show()
 
     def _check(self) -> None:
         self._ready("nothing checked")
@@ -414,7 +452,7 @@ class ProgramTab:
 
     def _cancel(self) -> None:
         """End what is being done with a file."""
-        self._show_pace.hurry()
+        self._pace.hurry()
         if name := self._uploads.cancel():
             self._requests.history.add(WARNING, f"cancelled: {name} is being sent")
         elif self._chosen.is_in_work:
@@ -425,7 +463,7 @@ class ProgramTab:
 
     def _stop(self) -> None:
         """End the run at rest on its path, or else whatever moves, whoever drives it."""
-        if self._is_running:
+        if self._chosen.is_running:
             self._runs.stop()
         else:
             self._requests.link.trigger("stop")
@@ -435,18 +473,18 @@ class ProgramTab:
         if reason := chosen.outside or chosen.error:
             raise KinematicsError(f"nothing begun: {reason}")
         try:
-            self._run = ProgramRun(
+            run = ProgramRun(
                 self._runs.link,
-                from_line(read.program, int(self._line.value)),
+                from_line(read.program, int(self.files.line.value)),
                 single_block=self._single_block.value,
                 kept=self._kept,
                 approach=0.001 * self._approach.value,
             )
         except KinematicsError as error:
             raise KinematicsError(shown_text(str(error), Path(read.program.file))) from error
-        self._run_progress = RunProgress(self._run, chosen)
+        chosen.begin_run(run)
         changes = (each for step in read.program.steps for each in step.changes)
-        self._runs.begin(self._run, self._end_run, ((each.name, each.number) for each in changes))
+        self._runs.begin(run, self._end_run, ((each.name, each.number) for each in changes))
 
     def _ready(self, nothing: str) -> ReadProgram:
         """Return the program, if it can be checked or run now.
@@ -455,13 +493,13 @@ class ProgramTab:
             KinematicsError: if it cannot; it says why ``nothing`` is done.
         """
         chosen = self._chosen
-        if self._is_running:
+        if self._chosen.is_running:
             reason = f"{chosen.name} runs already"
         elif self._runs.is_taken:
             reason = "a typed line is not done yet"
         elif chosen.is_changed:
             reason = f"{chosen.changed}: it is read again"
-            self._choose(chosen.name)
+            self.files.choose(chosen.name)
         elif chosen.is_in_work:
             reason = chosen.in_work
         elif chosen.read is None:
@@ -474,10 +512,10 @@ class ProgramTab:
 
     def _end_run(self) -> None:
         """Offer to go on from where the run has ended."""
-        run = self._run
+        run = self._chosen.run
         if run is None:
             return
-        self._line.set(1 if run.is_whole else max(run.line, 1))
+        self.files.line.set(1 if run.is_whole else max(run.line, 1))
         failed = next((each for each in run.reports if not each.is_good), None)
         if run.was_stopped:
             text = f"{self._chosen.name}: stopped at line {run.line:,}"
@@ -486,16 +524,15 @@ class ProgramTab:
             self._requests.refuse(f"{self._chosen.name}: {failed.text}")
 
     def _set_single_block(self, value: bool) -> None:
-        if self._run is not None:
-            self._run.single_block = value
+        if self._chosen.run is not None:
+            self._chosen.run.single_block = value
 
     def _show_progress(self) -> None:
-        told, found = self._machine.feeds.status.message, Progress()
-        if not self._is_running and (text := self._told_of_other()):
-            found = Progress(text)
-        elif self._run_progress is not None:
-            is_single = self._single_block.value
-            found = self._run_progress.look(told, is_single=is_single, is_running=self._is_running)
+        text = "" if self._chosen.is_running else self._told_of_other()
+        found = Progress(text)
+        if not text:
+            told, is_single = self._machine.feeds.status.message, self._single_block.value
+            found = self._run_progress.look(told, is_single=is_single)
         self._progress.content, self.left = found.text, found.left
         self._drawing.mark(found.line)
 
@@ -505,9 +542,9 @@ class ProgramTab:
         if other is None:
             return ""
         name, line = Path(other.file).name, max(other.line, 1)
-        is_here = Path(other.file) == self._folder.folder.absolute() / name
+        is_here = Path(other.file) == self._uploads.folder.folder.absolute() / name
         if is_here and not self._chosen.name:
-            self._choose(name)
+            self.files.choose(name)
         if self._runs.link.other_goes_on:
             words = f"{other.driver} runs {name}: line {line:,} of {other.lines:,}; {other.doing}"
             part = line / max(other.lines, line)
@@ -515,5 +552,5 @@ class ProgramTab:
         if other.state != RunMessage.ENDED:
             other.state = RunMessage.ENDED
             if is_here and name == self._chosen.name:
-                self._line.set(line)
+                self.files.line.set(line)
         return note(f"{name} ended at line {line:,}, because what drove it is gone")
