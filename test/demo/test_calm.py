@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.demo import calm_demo
-from tri_glide_kinematics.demo.calm_demo import PERIOD, Swing, is_calm, save_swings, table
-from tri_glide_kinematics.demo.running import DemoError
+from tri_glide_kinematics.demo import running
+from tri_glide_kinematics.demo.calm_demo import PERIOD, Swing, is_calm, swing_figure, table
+from tri_glide_kinematics.demo.client import DemoError
+from tri_glide_kinematics.demo.running import save_page
 
 REST, MOVING, FADING = 20, 100, 3000
 SIZE, DECAY = 1e-3, 3.0  # m of swing, 1/s
@@ -75,5 +76,5 @@ def test_table_and_picture(tmp_path, monkeypatch):
     lines = table(swings).splitlines()
     rows = [["move", "none"], ["move", "ei"], ["path", "none"], ["path", "ei"]]
     assert [line.split()[:2] for line in lines[1:]] == rows
-    monkeypatch.setattr(calm_demo, "save_figure", lambda figure, file, _: file.touch())
-    assert save_swings(tmp_path / "new", swings, 5e-5).exists()
+    monkeypatch.setattr(running, "save_figure", lambda figure, file, _: file.touch())
+    assert save_page(tmp_path / "new", "calm", swing_figure(swings, 5e-5)).exists()

@@ -290,32 +290,6 @@ def test_a_gamepad_jogs_while_its_dead_man_button_is_held(panel: Panel, keys: Pa
     hold_pad(keys, [], 0.0)
 
 
-def choose_step(page: Page, size: str) -> None:
-    page.click(button(size))
-    page.wait_for(f"document.body.innerText.includes('each press moves by {size} mm')", size)
-
-
-def test_a_step_that_came_to_nothing_is_not_gone_on_with(panel: Panel, page: Page) -> None:
-    choose_step(page, "10")
-    panel.client.set_parameters("ik_node", {"speed_scale": 0.005})
-    page.evaluate(f"{pad('Z+')}.click()")
-    panel.wait_for_motion()
-    panel.wait_for_state(page, "moving")
-    panel.client.send_pose((0.0, 0.01, 0.252))
-    panel.wait_for_words(page, "(0, 10, 252) mm", "reason")
-    panel.client.set_parameters("ik_node", {"speed_scale": 1.0})
-    panel.click_until(
-        page,
-        pad("X+"),
-        lambda seconds: panel.client.wait_for(
-            lambda: panel.is_at_rest and panel.position[0] > 0.00998, "the step", seconds
-        ),
-    )
-    assert panel.position[0] < 0.011, "two steps"
-    assert panel.position[2] < HOME[2] + 0.009, "it leads on from where nobody wants to go"
-    page.click(button("hold"))
-
-
 def test_go_to_numbers_and_a_refusal_with_its_reason(panel: Panel, page: Page) -> None:
     for axis, text in zip("xyz", ("30", "-20", "300")):
         page.type(field(f"{axis} [mm]"), text)
@@ -645,15 +619,6 @@ def test_a_map_is_a_coloured_plane_with_a_legend(panel: Panel, drawn: Page) -> N
     changed = changed[BELOW_WORDS:]
     upper_end = int((changed > 40).argmax())
     assert changed.argmax() > upper_end + 25
-    least = page.evaluate(f"{LEGEND}.innerText")
-    # Drives that are twice as strong.
-    page.type(field("Force [N]"), "200")
-    page.wait_for(f"{LEGEND}.innerText !== {json.dumps(least)}", "other forces", spin=panel.spin)
-    first, second = (
-        float(page.evaluate(f"{text}.split(' ')[0]"))
-        for text in (json.dumps(least), f"{LEGEND}.innerText")
-    )
-    assert second == pytest.approx(2.0 * first, rel=2e-3)
     panel.click_choice(page, "Show", "calibration")
     page.wait_for(f"{LEGEND}.innerText.includes(' µm')", "its uncertainty", spin=panel.spin)
     panel.click_choice(page, "Show", "none")

@@ -90,7 +90,7 @@ def test_sliders_that_are_not_measured_are_nowhere(feed: MotionFeed) -> None:
 def test_a_machine_that_moved_and_tells_no_more_is_not_heard(
     node: Node, monkeypatch: pytest.MonkeyPatch, speed: float, is_silent: bool
 ) -> None:
-    all_feeds = Feeds(node, "/ik_node", lambda *_: None)
+    all_feeds = Feeds(node, "/ik_node")
     assert not all_feeds.is_silent
     all_feeds._on_state(MachineState(state=MachineState.MOVING, speed=speed))
     assert not all_feeds.is_silent

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.control import IDLE, JOGGING, STOPPING, Cause
-from tri_glide_kinematics.panel.operator_requests import LONGEST_GAP, RENEWALS, HeldJog, JogWatch
+from tri_glide_kinematics.panel.machine import JogWatch
+from tri_glide_kinematics.panel.operator_requests import LONGEST_GAP, RENEWALS, HeldJog
 from tri_glide_kinematics.settings import IK_NODE
 
 X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)

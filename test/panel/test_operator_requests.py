@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import pytest
 from geometry_msgs.msg import TwistStamped
-from joined_domain import joined_domain
-from mechanisms_rig import page_server
+from panel_rig import OPERATOR, OTHER, PanelRig
 from rclpy.context import Context
 from std_srvs.srv import Trigger
-from viser import GuiEvent, ViserServer
 
 from testing.client import Probe
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.panel.link import LATEST_ONLY, NOBODY, MachineLink
-from tri_glide_kinematics.panel.operator_requests import RENEWALS, OperatorRequests, OperatorsInput
+from tri_glide_kinematics.panel.inputs import OperatorsInput, add_buttons
+from tri_glide_kinematics.panel.link import LATEST_ONLY, NOBODY
+from tri_glide_kinematics.panel.operator_requests import RENEWALS
 
 pytestmark = pytest.mark.nodes
 
-OPERATOR, OTHER = 0, 1
 X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 SPEED = 0.02  # m/s
 
@@ -29,14 +27,11 @@ SPEED = 0.02  # m/s
 class TwoPages:
     """Two pages that make requests, and what is sent for them."""
 
-    def __init__(self, context: Context, server: ViserServer) -> None:
-        self.probe = Probe(context, "/operator", "panel")
+    def __init__(self, rig: PanelRig) -> None:
+        self.rig, self.probe, self.requests = rig, rig.probe, rig.requests
         self.done: list[str] = []
-        self.refusals: list[str] = []
-        link = MachineLink(self.probe.node, self.refusals.append)
-        self.requests = OperatorRequests(link, lambda: self.done.append("on stop"))
-        self.server = server
-        self.number = server.gui.add_number("number", 1.0)
+        self.requests.on_stop.append(lambda: self.done.append("on stop"))
+        self.number = rig.gui.add_number("number", 1.0)
         self.twists: list[float] = []
         self.probe.node.create_subscription(
             TwistStamped,
@@ -45,11 +40,9 @@ class TwoPages:
             LATEST_ONLY,
         )
         self.probe.wait_for(lambda: self.probe.node.count_subscribers("target_twist"), "the topic")
-        for page in (OPERATOR, OTHER):
-            self.requests.controls.opened(page)
 
     def event(self, page: int) -> Any:
-        return GuiEvent(None, page, self.number)  # type: ignore[arg-type]
+        return self.rig.event(self.number, page)
 
     def stop(self, page: int) -> None:
         asyncio.run(self.requests.stop(self.event(page)))
@@ -66,18 +59,9 @@ class TwoPages:
         return list(self.twists)
 
 
-@pytest.fixture(scope="module")
-def context() -> Iterator[Context]:
-    with joined_domain() as context:
-        yield context
-
-
 @pytest.fixture
-def pages(context: Context) -> Iterator[TwoPages]:
-    with page_server() as server:
-        pages = TwoPages(context, server)
-        yield pages
-        pages.probe.close()
+def pages(rig: PanelRig) -> TwoPages:
+    return TwoPages(rig)
 
 
 def test_stop_drops_what_was_wished_before_it(pages: TwoPages) -> None:
@@ -181,7 +165,7 @@ def test_an_ik_node_that_was_started_anew_is_another_one(pages: TwoPages, contex
     assert link.identity == NOBODY
     seen = set()
     for _ in range(2):
-        server = Probe(context, "/operator", "ik_node")
+        server = Probe(context, pages.probe.namespace, "ik_node")
         server.node.create_publisher(MachineState, "ik_node/machine_state", 1)
         server.node.create_service(Trigger, "ik_node/stop", lambda _, answer: answer)
         pages.probe.wait_for(lambda: link.identity, "ik_node")
@@ -191,13 +175,17 @@ def test_an_ik_node_that_was_started_anew_is_another_one(pages: TwoPages, contex
     assert len(seen) == 2
 
 
-def test_a_choice_that_is_none_is_not_taken(pages: TwoPages) -> None:
-    group = pages.server.gui.add_button_group("choice", ("save", "load"))
+def test_a_choice_that_is_none_is_not_taken(rig: PanelRig) -> None:
     taken: list[str] = []
-    take = pages.requests.on(taken.append)
+    actions = {each: partial(taken.append, each) for each in ("save", "load")}
+    add_buttons(rig.requests, "choice", actions, of_any_page=("load",))
+    group = rig.handle("choice")
     for value in ("save", "x" * 1000, "load"):
-        group._impl.value = value
-        asyncio.run(take(GuiEvent(None, OPERATOR, group)))  # type: ignore[arg-type]
-        pages.requests.fulfil()
+        rig.send(group, value)
     assert taken == ["save", "load"]
-    assert pages.requests.refusal == f"nothing done: there is no choice '{'x' * 20}'"
+    assert rig.requests.refusal == f"nothing done: there is no choice '{'x' * 20}'"
+    # What any page may do needs no controls.
+    for value in ("save", "load"):
+        rig.send(group, value, OTHER)
+    assert taken == ["save", "load", "load"]
+    assert "the controls are with page 1" in rig.requests.refusal

@@ -29,7 +29,7 @@ class Desk:
 
     def __init__(self, folder: Path) -> None:
         self.folder = ProgramFolder(folder)
-        self.requests = OperatorRequests(SimpleNamespace(), lambda: None)  # type: ignore[arg-type]
+        self.requests = OperatorRequests(SimpleNamespace(), SimpleNamespace(gui=None))  # type: ignore[arg-type]
         for page in (OPERATOR, OTHER):
             self.requests.controls.opened(page)
         self.asked: list[tuple[int, str, int]] = []

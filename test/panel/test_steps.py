@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tri_glide_kinematics.control import IDLE, MOVING, OperatingState
-from tri_glide_kinematics.panel.operator_requests import STEP_PATIENCE, Steps
+from tri_glide_kinematics.panel.machine import STEP_PATIENCE, Steps
 
 UP = (0.0, 0.0, 0.01)
 OWN = (IDLE, MOVING)

@@ -4,7 +4,6 @@ What ``page.js`` takes of viser's page is looked at in a browser, in ``integrati
 """
 
 import inspect
-from collections.abc import Iterator
 from dataclasses import fields
 
 import pytest
@@ -35,13 +34,6 @@ MESSAGES = {
 
 def lacks(what: str) -> str:
     return f"viser {viser.__version__} has another {what}: see panel/viser_parts.py"
-
-
-@pytest.fixture(scope="module")
-def server() -> Iterator[viser.ViserServer]:
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server
-    server.stop()
 
 
 @pytest.mark.parametrize("name", MESSAGES)

@@ -18,7 +18,6 @@ import numpy as np
 from geometry_msgs.msg import PoseStamped
 from rclpy.qos import qos_profile_sensor_data
 
-from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.srv import (
     ProbePlate,
     RecordDistanceEnd,
@@ -33,22 +32,23 @@ from tri_glide_kinematics.calibration.fit import (
     plane_basis,
 )
 from tri_glide_kinematics.calibration.session import report, save_parameters, solved
-from tri_glide_kinematics.demo.running import (
+from tri_glide_kinematics.demo.client import (
     MOVE_TIMEOUT,
     START_TIMEOUT,
     DemoError,
     DemoNode,
+    ros_that_ctrl_c_ends,
+)
+from tri_glide_kinematics.demo.running import (
     demo_parser,
     in_millimetres,
     node_arguments,
     parameter_arguments,
-    ros_that_ctrl_c_ends,
     run_command,
+    save_page,
     say,
 )
-from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.ros.messages import vector_of
-from tri_glide_kinematics.ros.outputs import LATCHED
 from tri_glide_kinematics.ros.starting import NodeProcesses
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -73,35 +73,11 @@ class CalibrationClient(DemoNode):
         super().__init__("tri_glide_calibration_demo")
         self._clients_of: dict[str, Any] = {}
 
-    def wait_for_machine(self) -> None:
-        """Wait until ik_node leads the machine and takes goals."""
-        states: list[int] = []
-
-        def on_state(message: MachineState) -> None:
-            states.append(message.state)
-
-        # Of each ik_node a new one: the last state of one that has ended is none of the next.
-        told = self.create_subscription(MachineState, "ik_node/machine_state", on_state, LATCHED)
-        try:
-            self.wait_for(
-                lambda: self.goals.is_ready and states[-1:] == [MachineState.IDLE],
-                START_TIMEOUT,
-                "starting ik_node",
-            )
-        finally:
-            self.destroy_subscription(told)
-
     def wait_until_gone(self) -> None:
         """Wait until no ik_node is there any more."""
         self.wait_for(lambda: not self.goals.is_ready, START_TIMEOUT, "ending ik_node")
-
-    def move(self, position: Vector3) -> None:
-        """Move the platform to where ik_node believes that ``position`` is [m].
-
-        Raises:
-            DemoError: if it does not get there.
-        """
-        self.wait_for_goal(self.goals.move_to(position), f"a motion to {position}")
+        # The last state of one that has ended is none of the next.
+        self.state = 0
 
     def true_position(self) -> Vector3:
         """Return where the platform truly rests [m].
@@ -197,7 +173,7 @@ def judge(client: CalibrationClient) -> Judged:
     targets = [(x, y, PLATE + ABOVE) for x, y in places]
     reached = []
     for target in targets:
-        client.move(target)
+        client.go_to(target)
         reached.append(client.true_position())
     return Judged(np.array(targets), np.array(reached))
 
@@ -211,7 +187,7 @@ def probe(client: CalibrationClient, count: int, believed: MachineParameters) ->
     kinematics = TriGlide(believed.geometry)
     found: list[Vector3] = []
     for x, y in touch_places(count):
-        client.move((x, y, probe_start(found, x, y)))
+        client.go_to((x, y, probe_start(found, x, y)))
         answer = client.ask(ProbePlate, "probe", ProbePlate.Request(speed=PROBE_SPEED))
         place = kinematics.forward(tuple(answer.heights))
         found.append(place)
@@ -225,10 +201,10 @@ def measure_distances(client: CalibrationClient, rng: np.random.Generator) -> No
     """Measure three distances with a simulated calliper: the true ones, with its error."""
     for x, y in ring(RADIUS, 3, 0.3):
         ends: list[Vector3] = [(x, y, PLATE + ABOVE), (-x, -y, PLATE + ABOVE)]
-        client.move(ends[0])
+        client.go_to(ends[0])
         first = client.true_position()
         client.ask(RecordDistanceEnd, "record_distance_end", RecordDistanceEnd.Request())
-        client.move(ends[1])
+        client.go_to(ends[1])
         distance = math.dist(first, client.true_position()) + CALLIPER * rng.standard_normal()
         request = RecordDistanceEnd.Request(distance=distance, standard_deviation=CALLIPER)
         client.ask(RecordDistanceEnd, "record_distance_end", request)
@@ -356,13 +332,6 @@ def verdict_figure(targets: FloatArray, verdict: Verdict, radius: float) -> Figu
     return figure
 
 
-def save_verdict(folder: Path, targets: FloatArray, verdict: Verdict, radius: float) -> Path:
-    """Save the page, and return the path of the picture."""
-    picture = folder / "calibration_demo.png"
-    save_figure(verdict_figure(targets, verdict, radius), picture, 110)
-    return picture
-
-
 def _draw_arrows(
     axes: Axes, targets: FloatArray, errors: FloatArray, radius: float, largest: float, name: str
 ) -> None:
@@ -453,7 +422,7 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
     calibration = solved(load_measurements(measurements))
     verdict = Verdict.of(before, after, calibration)
     print(f"\n{report(calibration)}\n\n{table(verdict)}\n")
-    say(f"picture: {save_verdict(folder, after.targets, verdict, RADIUS)}")
+    save_page(folder, "calibration_demo", verdict_figure(after.targets, verdict, RADIUS))
     say(f"measurements: {measurements}; to look at them: calibrate {measurements}")
     say("as right as predicted" if verdict.is_good else "FAILED: not as right as predicted")
     return 0 if verdict.is_good else 1

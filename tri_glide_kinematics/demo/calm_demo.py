@@ -21,25 +21,25 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.demo.running import (
+from tri_glide_kinematics.demo.client import (
     DEEP_QUEUE,
     MACHINE,
     MOVE_TIMEOUT,
     START_TIMEOUT,
     DemoError,
     DemoNode,
+    running_nodes,
+)
+from tri_glide_kinematics.demo.running import (
     demo_parser,
     node_arguments,
     parameter_arguments,
-    ros_that_ctrl_c_ends,
     run_command,
+    save_page,
     say,
 )
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
-from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.ros.messages import vector_of
-from tri_glide_kinematics.ros.outputs import LATCHED
-from tri_glide_kinematics.ros.starting import NodeProcesses
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 if TYPE_CHECKING:
@@ -158,30 +158,16 @@ class CalmClient(DemoNode):
         super().__init__("tri_glide_calm_demo")
         self._heights: list[Vector3] = []
         self._places: list[Vector3] = []
-        self._states: list[int] = []
         # Stamps of the newest setpoint and of the newest place [ns].
         self._heard = (0, 0)
         self.create_subscription(JointState, "joint_commands", self._on_command, DEEP_QUEUE)
         self.create_subscription(PoseStamped, "true_pose", self._on_pose, DEEP_QUEUE)
-        self.calls.create_subscription(
-            MachineState, "ik_node/machine_state", self._on_state, LATCHED
-        )
         self._stop = self.calls.create_client(Trigger, "ik_node/stop")
 
-    def wait_for_machine(self) -> None:
-        """Wait until ik_node leads the machine, and takes goals and calls."""
-        self.wait_for(
-            lambda: bool(
-                self.goals.is_ready
-                and self._stop.service_is_ready()
-                and self.ik_parameters.services_are_ready()
-                and self._states[-1:] == [MachineState.IDLE]
-                and self._heights
-                and self._places
-            ),
-            START_TIMEOUT,
-            "starting the machine",
-        )
+    @property
+    def hears(self) -> bool:
+        """Whether setpoints and places come, and a stop is heard."""
+        return bool(self._stop.service_is_ready() and self._heights and self._places)
 
     def set_shaper(self, shaper: str) -> None:
         """Have ``ik_node`` shape its motions for the mode of the machine, or not.
@@ -201,14 +187,6 @@ class CalmClient(DemoNode):
         result = answer.result().result
         if not result.successful:
             raise DemoError(f"shaper {shaper}: {result.reason}")
-
-    def move(self, position: Vector3) -> None:
-        """Move the platform to a ``position`` [m]."""
-        self.wait_for_goal(self.goals.move_to(position), f"a motion to {position}")
-
-    def follow(self, path: FlatPath) -> None:
-        """Drive the platform along a ``path`` from where it is."""
-        self.wait_for_goal(self.goals.follow(path), "a path")
 
     def follow_until_stopped(self, path: FlatPath) -> int:
         """Stop on a ``path``, and return at which of the setpoints."""
@@ -245,7 +223,7 @@ class CalmClient(DemoNode):
             newest = np.array(self._places[-FADED_POSES:])
             return bool(
                 len(self._places) > count
-                and self._states[-1] == MachineState.IDLE
+                and self.state == MachineState.IDLE
                 and np.ptp(newest, axis=0).max() < FADED
             )
 
@@ -260,24 +238,21 @@ class CalmClient(DemoNode):
         self._places.append(vector_of(message.pose.position))
         self._heard = (self._heard[0], Time.from_msg(message.header.stamp).nanoseconds)
 
-    def _on_state(self, message: MachineState) -> None:
-        self._states.append(message.state)
-
 
 def drive(client: CalmClient, shapers: Sequence[str] = SHAPERS) -> list[Swing]:
     """Drive all motions with each of the ``shapers``."""
     swings = []
-    client.wait_for_machine()
+    client.wait_for_machine(lambda: client.hears)
     for shaper in shapers:
         motions: tuple[tuple[str, Vector3, Callable[[], int | None]], ...] = (
-            ("move", NEAR[0], lambda: client.move(NEAR[1])),
+            ("move", NEAR[0], lambda: client.go_to(NEAR[1])),
             ("path", CORNER, lambda: client.follow(PATH)),
             ("stop", FAR[0], lambda: client.follow_until_stopped(LINE)),
         )
         for name, start, motion in motions:
             # On the way there it does not swing, so that nothing has to fade.
             client.set_shaper(shapers[-1])
-            client.move(start)
+            client.go_to(start)
             client.set_shaper(shaper)
             swing = client.recorded(name, shaper, motion)
             say(f"{name}, shaper {shaper}: {1e3 * swing.left:.3f} mm of swing are left")
@@ -334,14 +309,6 @@ def swing_figure(swings: Sequence[Swing], close: float) -> Figure:
     return figure
 
 
-def save_swings(folder: Path, swings: Sequence[Swing], close: float) -> Path:
-    """Save the page, and return the path of the picture; its ``folder`` is made if needed."""
-    folder.mkdir(parents=True, exist_ok=True)
-    picture = folder / "calm_demo.png"
-    save_figure(swing_figure(swings, close), picture, 110)
-    return picture
-
-
 def demonstrate(folder: Path) -> int:
     """Start the nodes, drive, judge, and return the exit code."""
     arguments = [*node_arguments(), "-p", f"rate:={1.0 / PERIOD}"]
@@ -350,14 +317,12 @@ def demonstrate(folder: Path) -> int:
         "swing_dampings": [DAMPING],
         "setpoint_period": PERIOD,
     }
-    with NodeProcesses() as processes:
-        say(f"starting a machine that swings at {FREQUENCY:g} Hz, damping {DAMPING:g}")
-        processes.start("simulator_node", [*arguments, *parameter_arguments(swinging)])
-        processes.start("ik_node", arguments)
-        with ros_that_ctrl_c_ends():
-            swings = drive(CalmClient())
+    say(f"starting a machine that swings at {FREQUENCY:g} Hz, damping {DAMPING:g}")
+    simulator = [*arguments, *parameter_arguments(swinging)]
+    with running_nodes({"simulator_node": simulator, "ik_node": arguments}):
+        swings = drive(CalmClient())
     print(f"\n{table(swings)}\n")
-    say(f"picture: {save_swings(folder, swings, CLOSE)}")
+    save_page(folder, "calm_demo", swing_figure(swings, CLOSE))
     good = is_calm(swings)
     say("calm, and sooner there" if good else "FAILED: see the table")
     return 0 if good else 1

@@ -12,30 +12,30 @@ from typing import TYPE_CHECKING
 import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from numpy.typing import NDArray
-from rclpy.parameter import parameter_value_to_python
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 
-from tri_glide_kinematics.demo.running import (
+from tri_glide_kinematics.demo.client import (
     DEEP_QUEUE,
     MACHINE,
     MOVE_TIMEOUT,
-    START_TIMEOUT,
     DemoNode,
+    running_nodes,
+)
+from tri_glide_kinematics.demo.running import (
     demo_parser,
     in_millimetres,
     node_arguments,
-    ros_that_ctrl_c_ends,
     run_command,
+    save_page,
     say,
 )
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import LIMIT_TOLERANCE, CommandStream, LimitUse
 from tri_glide_kinematics.motion.limits import QUANTITIES, SliderLimits
 from tri_glide_kinematics.motion.path import FlatPath, PlatformPath, SegmentKind, polylines_of
-from tri_glide_kinematics.picture_commands import save_figure
+from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.ros.messages import vector_of
-from tri_glide_kinematics.ros.starting import NodeProcesses
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 if TYPE_CHECKING:
@@ -83,25 +83,6 @@ SETTLED = 5e-6  # m, within which they do
 JOG_PERIOD = 0.02  # s between two renewals of the twist
 
 
-@dataclass(frozen=True)
-class MachineSettings:
-    """The facts that the running ``ik_node`` tells.
-
-    Attributes:
-        period: time between two commands [s].
-        limits: of the sliders.
-        travel: lower and upper heights, each of shape (3,) [m].
-        joints: names of the sliders.
-        base_frame: frame of poses and twists.
-    """
-
-    period: float
-    limits: SliderLimits
-    travel: tuple[Vector3, Vector3]
-    joints: tuple[str, ...]
-    base_frame: str
-
-
 class DemoClient(DemoNode):
     """Publishes targets, and collects commands and measured poses."""
 
@@ -124,44 +105,14 @@ class DemoClient(DemoNode):
         while (left := end - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=left)
 
-    def read_settings(self) -> MachineSettings:
-        """Ask ``ik_node`` for its parameters."""
-        self.wait_for(self.ik_parameters.services_are_ready, START_TIMEOUT, "starting ik_node")
-        names = [
-            "rate",
-            "velocity_limits",
-            "acceleration_limits",
-            "jerk_limits",
-            "lower_heights",
-            "upper_heights",
-            "joint_names",
-            "base_frame",
-        ]
-        answer = self.ik_parameters.get_parameters(names)
-        self.wait_for(answer.done, START_TIMEOUT, "reading the parameters of ik_node")
-        value = dict(zip(names, map(parameter_value_to_python, answer.result().values)))
-        return MachineSettings(
-            1.0 / value["rate"],
-            SliderLimits(
-                value["velocity_limits"], value["acceleration_limits"], value["jerk_limits"]
-            ),
-            (tuple(value["lower_heights"]), tuple(value["upper_heights"])),
-            tuple(value["joint_names"]),
-            value["base_frame"],
-        )
-
-    def wait_for_machine(self) -> None:
-        """Wait until commands and poses flow, and our targets are listened to."""
-        self.wait_for(
-            lambda: bool(
-                self.commands
-                and self.path
-                and self._pose_target.get_subscription_count()
-                and self._twist_target.get_subscription_count()
-                and self.goals.is_ready
-            ),
-            START_TIMEOUT,
-            "starting the machine",
+    @property
+    def is_connected(self) -> bool:
+        """Whether commands and poses flow, and our targets are listened to."""
+        return bool(
+            self.commands
+            and self.path
+            and self._pose_target.get_subscription_count()
+            and self._twist_target.get_subscription_count()
         )
 
     def is_at_rest(self) -> bool:
@@ -191,7 +142,9 @@ class DemoClient(DemoNode):
         self.wait_for(has_settled, MOVE_TIMEOUT, f"reaching {name}")
         return Leg(name, target, self.path[-1], time.monotonic() - begin, first, len(self.commands))
 
-    def follow(self, name: str, start: Vector3, segments: FlatPath, joints: tuple[str, ...]) -> Leg:
+    def drive_path(
+        self, name: str, start: Vector3, segments: FlatPath, joints: tuple[str, ...]
+    ) -> Leg:
         """Drive along a path by the action, and wait until it tells of the end.
 
         Setpoints are compared with the path, not measured poses: between two setpoints of which
@@ -247,11 +200,12 @@ class DemoClient(DemoNode):
         rows = [dict(zip(command.name, command.position)) for command in self.commands]
         return [[row[joint] for joint in joints] for row in rows]
 
-    def stream(self, settings: MachineSettings) -> tuple[CommandStream, NDArray[np.bool_]]:
+    def stream(self, facts: MachineFacts) -> tuple[CommandStream, NDArray[np.bool_]]:
         """Return all commands so far, and before which of them others were lost on the way."""
-        stream = CommandStream.from_heights(self._heights(settings.joints), settings.period)
+        period = 1.0 / facts.values["rate"]
+        stream = CommandStream.from_heights(self._heights(facts.joints), period)
         published = np.array([command.velocity for command in self.commands])
-        return stream, lost_before(stream, published, max(settings.limits.jerk), settings.period)
+        return stream, lost_before(stream, published, max(facts.limits.jerk), period)
 
 
 def lost_before(
@@ -323,15 +277,15 @@ START_STYLE = {"marker": "^", "color": "tab:green", "markersize": 7, "markerface
 END_STYLE = {"marker": "s", "color": "tab:green", "markersize": 6, "markerfacecolor": "none"}
 
 
-def drive(client: DemoClient, legs: list[Leg]) -> MachineSettings:
+def drive(client: DemoClient, legs: list[Leg]) -> MachineFacts:
     """Drive to all targets, and append each leg to ``legs`` as it ends.
 
     Raises:
         DemoError: if one is not reached.
     """
-    client.wait_for_machine()
-    settings = client.read_settings()
-    frame = settings.base_frame
+    client.wait_for_machine(lambda: client.is_connected)
+    facts = client.read_facts()
+    frame = facts.values["base_frame"]
     for name, target in POSES:
         say(f"pose {name} {in_millimetres(target)} mm")
         legs.append(client.move(name, target, frame))
@@ -340,9 +294,9 @@ def drive(client: DemoClient, legs: list[Leg]) -> MachineSettings:
     say(f"pose {HOME[0]} {in_millimetres(HOME[1])} mm")
     legs.append(client.move(*HOME, frame))
     say(f"path of {len(PATH)} segments, corners rounded by {1e3 * CORNER_TOLERANCE:g} mm at most")
-    legs.append(client.follow("path", HOME[1], PATH, settings.joints))
+    legs.append(client.drive_path("path", HOME[1], PATH, facts.joints))
     say(f"path: setpoints at most {1e3 * legs[-1].deviation:.3f} mm from it as programmed")
-    return settings
+    return facts
 
 
 def is_good(leg: Leg, use: LimitUse, tolerance: float) -> bool:
@@ -377,7 +331,7 @@ def save_picture(
     legs: Sequence[Leg],
     path: FloatArray,
     stream: CommandStream,
-    settings: MachineSettings,
+    facts: MachineFacts,
 ) -> Path:
     """Draw the motion and return the path of the picture; its ``folder`` is made if there is none.
 
@@ -396,11 +350,8 @@ def save_picture(
             marks.append(Mark(f"{leg.name} ends", leg.reached, END_STYLE))
         if leg.target is None or leg.tolerance:
             spans.append(_span(leg, stream))
-    figure = motion_figure(stream, path, settings.limits, settings.travel, marks, spans)
-    folder.mkdir(parents=True, exist_ok=True)
-    picture = folder / "demo.png"
-    save_figure(figure, picture, 110)
-    return picture
+    figure = motion_figure(stream, path, facts.limits, facts.travel, marks, spans)
+    return save_page(folder, "demo", figure)
 
 
 def _span(leg: Leg, stream: CommandStream) -> Span:
@@ -413,21 +364,18 @@ def _span(leg: Leg, stream: CommandStream) -> Span:
 def demonstrate(folder: Path) -> int:
     """Start the nodes, drive, and return the exit code."""
     legs: list[Leg] = []
-    with NodeProcesses() as processes:
-        say("starting simulator_node, ik_node and fk_node as processes")
-        for name in ("simulator_node", "ik_node", "fk_node"):
-            processes.start(name, node_arguments())
-        with ros_that_ctrl_c_ends():
-            client = DemoClient()
-            settings = drive(client, legs)
-            stream, lost = client.stream(settings)
-    use = LimitUse.of(stream, settings.limits, lost)
-    print(f"\n{table(legs, use, settings.limits)}\n")
+    names = "simulator_node", "ik_node", "fk_node"
+    say("starting simulator_node, ik_node and fk_node as processes")
+    with running_nodes({name: node_arguments() for name in names}):
+        client = DemoClient()
+        facts = drive(client, legs)
+        stream, lost = client.stream(facts)
+    use = LimitUse.of(stream, facts.limits, lost)
+    print(f"\n{table(legs, use, facts.limits)}\n")
     if lost.any():
         say(f"{lost.sum()} gaps in the stream of commands are not judged: this computer is busy")
     good = lost.mean() < MOST_LOST and all(is_good(leg, use, TOLERANCE) for leg in legs)
-    picture = save_picture(folder, legs, np.array(client.path), stream, settings)
-    say(f"picture: {picture}")
+    save_picture(folder, legs, np.array(client.path), stream, facts)
     say("every target reached, no limit broken" if good else "FAILED: see the table")
     return 0 if good else 1
 

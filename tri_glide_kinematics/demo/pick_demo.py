@@ -20,16 +20,18 @@ from rclpy.time import Time
 
 from tri_glide_interfaces.action import Pick
 from tri_glide_interfaces.msg import MachineState, PartEvent, PickState
-from tri_glide_kinematics.demo.running import (
+from tri_glide_kinematics.demo.client import (
     DEEP_QUEUE,
     MOVE_TIMEOUT,
     START_TIMEOUT,
     DemoError,
     DemoNode,
+    ros_that_ctrl_c_ends,
+)
+from tri_glide_kinematics.demo.running import (
     demo_parser,
     node_arguments,
     parameter_arguments,
-    ros_that_ctrl_c_ends,
     run_command,
     say,
 )

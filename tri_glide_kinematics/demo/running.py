@@ -6,95 +6,31 @@ import argparse
 import os
 import signal
 import sys
-import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
-
-import rclpy
-from rclpy.node import Node
-from rclpy.parameter_client import AsyncParameterClient
-from rclpy.qos import QoSProfile
-from rclpy.utilities import ok
+from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
-from tri_glide_kinematics.ros.loop import OtherTurns
+from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.ros.starting import (
     COMPUTER,
     choose_transport,
     default_parameter_file,
     raise_at_signals,
-    shut_down,
 )
-from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
-from tri_glide_kinematics.vectors import Vector3
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tri_glide_kinematics.vectors import Vector3
 
 # A busy computer may let the simulated machine wait for longer than a real one ever falls silent,
 # and follow from farther behind.
-PATIENCE = ("-p", "measured_timeout:=2.0", "-p", "tracking_error_limit:=0.3")
+PATIENCE = ("-p", "measured_timeout:=2.0")
+MORE_PATIENCE = (*PATIENCE, "-p", "tracking_error_limit:=0.3")
 
 # A namespace of its own keeps a demonstration away from a machine on this computer.
 NAMESPACE = f"/tri_glide_demo_{os.getpid()}"
-MACHINE = TriGlide(DEFAULT_GEOMETRY)
-DEEP_QUEUE = QoSProfile(depth=5000)  # few commands may be lost: their differences are judged
-
-START_TIMEOUT = 20.0  # s
-MOVE_TIMEOUT = 60.0  # s
-LOOK_PERIOD = 0.01  # s between two looks at what is waited for, and at goals and calls
-
-
-class DemoError(KinematicsError):
-    """The demonstration cannot go on; the text says why."""
-
-
-class DemoNode(Node):
-    """The node of a demonstration: it sends goals, and waits for what it is told.
-
-    Attributes:
-        calls: node of its own for goals and calls, which is looked at now and then.
-        goals: to send.
-        ik_parameters: those of ``ik_node``.
-    """
-
-    def __init__(self, name: str) -> None:
-        """Join the machine of this demonstration."""
-        super().__init__(name, namespace=NAMESPACE)
-        self._executor = OtherTurns(self)
-        # Of a node of their own, which is looked at now and then: a list of all that is waited for
-        # is made anew for each message.
-        self.calls = Node(f"{name}_calls", namespace=NAMESPACE)
-        self.goals = GoalSender(self.calls)
-        self.ik_parameters = AsyncParameterClient(self.calls, "ik_node")
-        self._calls_executor = OtherTurns(self.calls)
-
-    def wait_for(self, condition: Callable[[], bool], timeout: float, what: str) -> None:
-        """Spin until ``condition`` holds.
-
-        Raises:
-            DemoError: if it does not within ``timeout`` seconds.
-        """
-        end = time.monotonic() + timeout
-        next_look = 0.0
-        while (now := time.monotonic()) < end:
-            # Not after each of a thousand messages a second, on a computer that is busy.
-            if now >= next_look:
-                self._calls_executor.spin_once(timeout_sec=0.0)
-                if condition():
-                    return
-                next_look = now + LOOK_PERIOD
-            self._executor.spin_once(timeout_sec=LOOK_PERIOD)
-        raise DemoError(f"{what} took longer than {timeout:g} s")
-
-    def wait_for_goal(self, goal: SentGoal, what: str) -> None:
-        """Wait for the end of a ``goal``.
-
-        Raises:
-            DemoError: if it tells of another end than success.
-        """
-        self.wait_for(lambda: goal.result is not None, MOVE_TIMEOUT, what)
-        if not goal.has_succeeded:
-            raise DemoError(f"{what}: {goal.result.text}")
 
 
 def demo_parser(name: str, description: str | None) -> argparse.ArgumentParser:
@@ -111,7 +47,7 @@ def node_arguments(*files: Path) -> list[str]:
     found = ["-r", f"__ns:={NAMESPACE}", "--log-level", "WARN"]
     for file in (default_parameter_file(), *files):
         found += ["--params-file", str(file)]
-    return [*found, *PATIENCE]
+    return [*found, *MORE_PATIENCE]
 
 
 def parameter_arguments(values: Mapping[str, object]) -> list[str]:
@@ -119,9 +55,18 @@ def parameter_arguments(values: Mapping[str, object]) -> list[str]:
     return [word for name, value in values.items() for word in ("-p", f"{name}:={value}")]
 
 
-def say(text: str) -> None:
-    """Print one line of progress at once."""
-    print(f"demo: {text}", flush=True)
+def save_page(folder: Path, name: str, figure: Figure) -> Path:
+    """Save a page in a ``folder``, which is made if needed; tell and return the picture."""
+    folder.mkdir(parents=True, exist_ok=True)
+    picture = folder / f"{name}.png"
+    save_figure(figure, picture, 110)
+    say(f"picture: {picture}")
+    return picture
+
+
+def say(text: str, name: str = "demo") -> None:
+    """Print one line of progress at once, of the command with this ``name``."""
+    print(f"{name}: {text}", flush=True)
 
 
 def in_millimetres(vector: Vector3) -> str:
@@ -129,38 +74,15 @@ def in_millimetres(vector: Vector3) -> str:
     return "(" + ", ".join(f"{1000.0 * value:7.2f}" for value in vector) + ")"
 
 
-@contextmanager
-def ros_that_ctrl_c_ends() -> Iterator[None]:
-    """Use rclpy, and leave Ctrl-C to it: an exception raised within its C++ code may get lost.
-
-    Raises:
-        KeyboardInterrupt: if the signal came, whatever else went wrong then.
-    """
-    # rclpy calls the handler that it finds beside its own.
-    before = signal.signal(signal.SIGINT, lambda *_: None)
-    rclpy.init()
-    try:
-        yield
-    except Exception:
-        if ok():
-            raise
-    finally:
-        interrupted = not ok()
-        shut_down()
-        signal.signal(signal.SIGINT, before)
-    if interrupted:
-        raise KeyboardInterrupt
-
-
 def run_command(name: str, demonstrate: Callable[[], int]) -> int:
     """Run a demonstration on this computer alone, and return the exit code of its command."""
     raise_at_signals()
     try:
         # For this process and the nodes that it starts.
-        say(choose_transport(COMPUTER).text)
+        say(choose_transport(COMPUTER).text, name)
         return demonstrate()
     except KeyboardInterrupt:
-        say("interrupted; all nodes are stopped")
+        say("interrupted; all nodes are stopped", name)
         return 128 + signal.SIGINT
     except (KinematicsError, OSError) as error:
         print(f"{name}: error: {error}", file=sys.stderr)

@@ -17,12 +17,13 @@ from io import StringIO
 from ipaddress import ip_address
 from pathlib import Path
 from threading import Lock
-from typing import Any, Protocol
+from typing import Any
 from urllib.parse import parse_qs
 
 import viser
 from websockets.asyncio import server as websockets_server
 from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers
 from websockets.http11 import Request as HttpRequest
 from websockets.http11 import Response
 
@@ -45,13 +46,6 @@ COOKIE_AGE = 365 * 24 * 3600
 HOST = re.compile(r"(?P<name>\[[0-9A-Fa-f:.]+\]|[^\s:/?#@\[\]]+)(?::(?P<port>[0-9]{1,5}))?")
 # Longest part of a foreign text that is told to others [characters].
 SHOWN = 80
-
-
-class Headers(Protocol):
-    """Headers of a request, as websockets has them."""
-
-    def get_all(self, key: str) -> Sequence[str]:
-        """Return all values of a header."""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
+from rcl_interfaces.msg import ParameterValue
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -36,7 +37,7 @@ from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.motion.shaping import Shaping
 from tri_glide_kinematics.panel.words import MachineStatus, place_text
 from tri_glide_kinematics.ros.cdr import STAMP_END, STAMP_OFFSET, byte_order
-from tri_glide_kinematics.ros.goal_sender import GoalSender, SentGoal
+from tri_glide_kinematics.ros.goal_sender import ProgramLink, SentGoal
 from tri_glide_kinematics.ros.loop import UrgentInputs
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS, vector_of
 from tri_glide_kinematics.ros.outputs import (
@@ -64,7 +65,8 @@ from tri_glide_kinematics.workspace import Workspace
 # The facts of the machine that the parameters of the running ``ik_node`` tell.
 
 # Parameters of ik_node that the panel asks for.
-NAMES = tuple(parameter.name for parameter in IK_NODE)
+TABLE = {parameter.name: parameter for parameter in IK_NODE}
+NAMES = tuple(TABLE)
 
 
 class Bounds(NamedTuple):
@@ -90,6 +92,15 @@ class MachineFacts:
 
     values: Values
     is_teaching: bool = False
+
+    @classmethod
+    def of(cls, answer: Iterable[ParameterValue]) -> MachineFacts:
+        """Read the values of all ``NAMES``, as the node has answered."""
+        values = {}
+        for name, told in zip(NAMES, answer):
+            value = parameter_value_to_python(told)
+            values[name] = TABLE[name].checked(tuple(value) if TABLE[name].is_array else value)
+        return cls(values)
 
     @cached_property
     def machine(self) -> TriGlide:
@@ -150,7 +161,6 @@ LIVE_NAMES = frozenset(parameter.name for parameter in IK_NODE if parameter.live
 # A twist that is lost is renewed by the next one.
 LATEST_ONLY = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 AT_REST = (0.0, 0.0, 0.0)
-TABLE = {parameter.name: parameter for parameter in IK_NODE}
 
 # Identifiers of those that publish the state.
 Identity = frozenset[bytes]
@@ -166,13 +176,15 @@ class MachineLink:
 
     Attributes:
         server: full name of ``ik_node``.
-        on_resume: is asked first whether it goes on by itself when ``resume`` is pressed.
+        programs: runs them, and sends all other goals.
+        on_refusal: gets what is not done, and why.
+        on_resume: is asked first whether something goes on by itself when ``resume`` is pressed.
         asked: the place that was asked for last, None if it was a path [m].
     """
 
-    def __init__(self, node: Node, on_refusal: Say) -> None:
-        """Send as a part of ``node``; ``on_refusal`` gets what is not done, and why."""
-        self._on_refusal = on_refusal
+    def __init__(self, node: Node) -> None:
+        """Send as a part of ``node``."""
+        self.on_refusal: Say = lambda _: None
         self._twist = TwistStamped()
         self._twists = node.create_publisher(TwistStamped, "target_twist", LATEST_ONLY)
         self._triggers = {
@@ -182,8 +194,8 @@ class MachineLink:
         self._enable = node.create_client(SetBool, "ik_node/enable")
         self._teach_mode = node.create_client(SetBool, "ik_node/teach_mode")
         self._parameters = AsyncParameterClient(node, "ik_node")
-        self._goals = GoalSender(node)
-        self.server = self._goals.server
+        self.programs = ProgramLink(node)
+        self.server = self.programs.server
         self.on_resume: Callable[[], bool] = lambda: False
         self.asked: Vector3 | None = None
         self._goal: SentGoal | None = None
@@ -192,7 +204,7 @@ class MachineLink:
     def identity(self) -> Identity:
         """Which ``ik_node`` it is, empty if there is none that can be stopped."""
         can_stop = self._triggers["stop"].service_is_ready()
-        return self._goals.identities if can_stop else NOBODY
+        return self.programs.identities if can_stop else NOBODY
 
     def stop(self) -> None:
         """Ask for a stop, from any thread."""
@@ -220,7 +232,7 @@ class MachineLink:
     def move_to(self, position: Vector3, speed: float = 0.0) -> SentGoal:
         """Go to a position [m]; with a ``speed`` [m/s] straight, and no faster than that."""
         self.asked = position
-        return self._sent(self._goals.move_to(position, speed=speed))
+        return self._sent(self.programs.move_to(position, speed=speed))
 
     def follow(self, points: Sequence[Vector3], tolerance: float, speed: float) -> SentGoal:
         """Go through some points [m], at their corners within a ``tolerance`` [m].
@@ -236,7 +248,7 @@ class MachineLink:
             tolerance,
         )
         self.asked = None
-        return self._sent(self._goals.follow(path))
+        return self._sent(self.programs.follow(path))
 
     def set_parameters(
         self, what: str, values: Values, then: Callable[[bool], None] = lambda _: None
@@ -246,13 +258,13 @@ class MachineLink:
         A refusal calls them ``what``. Once there is an answer, ``then`` gets whether they are set.
         """
         if not self._parameters.services_are_ready():
-            self._on_refusal(f"{what}: nobody answers as {self.server}")
+            self.on_refusal(f"{what}: nobody answers as {self.server}")
             return False
 
         def take(future: Any) -> None:
             result = future.result().result
             if not result.successful:
-                self._on_refusal(f"{what}: {result.reason}")
+                self.on_refusal(f"{what}: {result.reason}")
             then(result.successful)
 
         parameters = [Parameter(name, value=value) for name, value in values.items()]
@@ -263,12 +275,7 @@ class MachineLink:
         """Ask ``ik_node`` for its parameters."""
 
         def take(future: Any) -> None:
-            values = map(parameter_value_to_python, future.result().values)
-            found = {
-                name: TABLE[name].checked(tuple(value) if TABLE[name].is_array else value)
-                for name, value in zip(NAMES, values)
-            }
-            on_answer(MachineFacts(found))
+            on_answer(MachineFacts.of(future.result().values))
 
         self._parameters.get_parameters(list(NAMES)).add_done_callback(take)
 
@@ -279,7 +286,7 @@ class MachineLink:
             goal, self._goal = self._goal, None
             if goal.result.code == GoalCode.NOT_REACHED:
                 measured = place_text(vector_of(goal.result.position))
-                self._on_refusal(f"not reached: the platform is measured at {measured}")
+                self.on_refusal(f"not reached: the platform is measured at {measured}")
         return self._goal
 
     def cancel(self) -> None:
@@ -297,51 +304,15 @@ class MachineLink:
 
     def _call(self, what: str, client: Any, request: Any) -> None:
         if not client.service_is_ready():
-            self._on_refusal(f"{what}: nobody answers as {self.server}")
+            self.on_refusal(f"{what}: nobody answers as {self.server}")
             return
 
         def take(future: Any) -> None:
             # A refusal to enable is counted.
             if not future.result().success and client is not self._enable:
-                self._on_refusal(f"{what}: {future.result().message}")
+                self.on_refusal(f"{what}: {future.result().message}")
 
         client.call_async(request).add_done_callback(take)
-
-
-class NewestWish:
-    """A parameter that pages set again and again: of several wishes the newest is sent.
-
-    Attributes:
-        is_setting: whether a wish is on its way; what the machine has then is no longer wanted.
-    """
-
-    def __init__(
-        self, link: MachineLink, what: str, name: str, show_again: Callable[[], None]
-    ) -> None:
-        """Set the parameter ``name``; a refusal calls it ``what``.
-
-        Whenever no wish is left, ``show_again`` is called to show what the machine has.
-        """
-        self._link = link
-        self._what = what
-        self._name = name
-        self._show_again = show_again
-        self._wanted: float | None = None
-        self.is_setting = False
-
-    def set(self, value: float) -> None:
-        """Set it now, or when ``ik_node`` has answered to the wish before."""
-        self._wanted = value
-        if not self.is_setting:
-            self._send()
-
-    def _send(self, _: bool = True) -> None:
-        value, self._wanted = self._wanted, None
-        self.is_setting = value is not None and self._link.set_parameters(
-            self._what, {self._name: value}, self._send
-        )
-        if not self.is_setting:
-            self._show_again()
 
 
 # The messages of the machine to the panel.
@@ -508,28 +479,25 @@ class Feeds:
         motion: where the sliders are and where they are to be.
         status: what ``ik_node`` says about itself.
         target: where the machine goes, None for nowhere [m].
+        lines: polylines by their names: the path as ``programmed`` and as ``driven``. Shapes
+            (n, 3) [m].
         late: what ``ik_node`` says about its cycles.
         outputs: that anybody has changed: when, by the sender, and to which value.
         swing: what an accelerometer tells.
         picking: what a ``pick_node`` told last; None without one.
     """
 
-    def __init__(
-        self, node: Node, server: str, on_lines: Callable[[str, FloatArray], None]
-    ) -> None:
-        """Listen as a part of ``node`` to the ``ik_node`` with the full name ``server``.
-
-        ``on_lines`` gets a line that has changed, by name. Shape (n, 3) [m].
-        """
+    def __init__(self, node: Node, server: str) -> None:
+        """Listen as a part of ``node`` to the ``ik_node`` with the full name ``server``."""
         self.motion = MotionFeed(node)
         self.status = MachineStatus()
         self._status_at = 0.0
         self.target: Vector3 | None = None
+        self.lines: dict[str, FloatArray] = {}
         self.late = "not known"
         self.outputs: dict[tuple[str, int], tuple[int, float]] = {}
         self.swing = SwingFeed(node)
         self._server = server[1:]
-        self._on_lines = on_lines
         node.create_subscription(MachineState, "ik_node/machine_state", self._on_state, LATCHED)
         on_output: Any = self._on_output
         node.create_subscription(OutputMessage, "outputs", on_output, LATEST_OUTPUTS)
@@ -573,7 +541,7 @@ class Feeds:
         for marker in message.markers:
             is_there = marker.action != Marker.DELETE
             if marker.ns in shown:
-                self._on_lines(shown[marker.ns], _points(marker) if is_there else np.empty((0, 3)))
+                self.lines[shown[marker.ns]] = _points(marker) if is_there else np.empty((0, 3))
             elif marker.ns == TARGET.name:
                 place = marker.pose.position
                 self.target = (place.x, place.y, place.z) if is_there else None

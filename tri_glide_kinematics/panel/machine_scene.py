@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import cos, sin
+from typing import Any
 
 import numpy as np
 import viser
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tri_glide_kinematics.description import Parts
 from tri_glide_kinematics.panel.link import MachineFacts
+from tri_glide_kinematics.panel.machine import Pose
 from tri_glide_kinematics.panel.viser_parts import Quaternion, place, turn
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
@@ -75,6 +76,8 @@ DRIVEN: RGB = (26, 153, 255)
 TRACE: RGB = (230, 90, 20)
 TARGET: RGB = (220, 40, 30)
 COMMANDED_OPACITY = 0.3  # the measured machine is seen through the commanded one
+# A shadow would show nothing of a machine.
+PLAIN: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 AMBIENT_LIGHT = 2.0  # intensity, as viser counts it
 
 _ROOTS = (
@@ -82,14 +85,6 @@ _ROOTS = (
 )
 
 NO_LINES: NDArray[np.float32] = np.zeros((0, 2, 3), dtype=np.float32)
-
-
-@dataclass(frozen=True)
-class Pose:
-    """The heights of a machine's carriages and the position of its platform. Shapes (3,) [m]."""
-
-    heights: Vector3
-    position: Vector3
 
 
 class DrawnMachine:
@@ -111,8 +106,7 @@ class DrawnMachine:
                 color=COMMANDED if is_ghost else CARRIAGE,
                 dimensions=(2.4 * size, 2.4 * size, 2.0 * size),
                 opacity=opacity,
-                cast_shadow=False,
-                receive_shadow=False,
+                **PLAIN,
                 position=(x, y, 0.0),
             )
             for index, (x, y) in enumerate(parts.towers)
@@ -129,8 +123,7 @@ class DrawnMachine:
                     color=color,
                     radial_segments=8,
                     opacity=opacity,
-                    cast_shadow=False,
-                    receive_shadow=False,
+                    **PLAIN,
                     position=(side * parts.rod_distance, 0.0, -0.5 * length),
                 )
         self._platform = scene.add_cylinder(
@@ -139,8 +132,7 @@ class DrawnMachine:
             height=size,
             color=color,
             opacity=opacity,
-            cast_shadow=False,
-            receive_shadow=False,
+            **PLAIN,
         )
 
     def differs(self, pose: Pose | None) -> bool:
@@ -226,8 +218,7 @@ class Scene:
                 color=SHELL,
                 opacity=0.12,
                 side="double",
-                cast_shadow=False,
-                receive_shadow=False,
+                **PLAIN,
             )
 
     def _draw_towers(self, parts: Parts, lower: Vector3, upper: Vector3, size: float) -> None:

@@ -5,23 +5,18 @@ The node fulfils the requests of the page that has the controls.
 
 from __future__ import annotations
 
-import math
-import re
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import viser
 
-from tri_glide_kinematics.control import IDLE, JOGGING, MOVING, Cause, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.link import MachineLink
-from tri_glide_kinematics.panel.viser_parts import show_value
-from tri_glide_kinematics.vectors import Vector3, plus, scaled
+from tri_glide_kinematics.vectors import Vector3, scaled
 
 # Jogs by buttons: held, or step by step.
 
@@ -91,80 +86,6 @@ class HeldJog:
             return False
         self.held = None
         return self._has_moved and not was_ended
-
-
-@dataclass
-class JogWatch:
-    """Tells by what ``ik_node`` says about itself when a jog was ended by somebody else.
-
-    A jog whose messages were late for a moment, as a busy browser sends them, was not. One that was
-    released has ended, too, but by then another button may be held.
-    """
-
-    _has_jogged: bool = False
-
-    def has_ended(self, state: OperatingState | None, cause: Cause | None) -> bool:
-        """Take a state and its cause; return whether what is held must not go on."""
-        if state is JOGGING:
-            self._has_jogged = True
-        elif self._has_jogged and cause not in (Cause.TWISTS_SILENT, Cause.RELEASED):
-            self._has_jogged = False
-            return True
-        return False
-
-
-# Until a step that was sent is seen as a motion [s].
-STEP_PATIENCE = 0.5
-
-
-@dataclass
-class Steps:
-    """Remembers where the last step leads to.
-
-    The next one goes on from there if nothing has come in between. If something has, it begins
-    where the platform is: it must not lead to where nobody wants it to go any more.
-
-    Attributes:
-        target: of the last step, None if it counts no more [m].
-    """
-
-    target: Vector3 | None = None
-    _sent_at: float = -math.inf
-
-    def drop(self) -> None:
-        """Let the next step begin where the platform is."""
-        self.target = None
-
-    def look(self, state: OperatingState | None) -> None:
-        """Drop the last step if the machine does something else by now."""
-        if state not in (IDLE, MOVING):
-            self.drop()
-
-    def go_on(
-        self,
-        step: Vector3,
-        place: Vector3 | None,
-        state: OperatingState | None,
-        *,
-        is_on_way: bool,
-        now: float,
-    ) -> Vector3 | None:
-        """Return the target of another step, None if it is not known where that begins [m].
-
-        Args:
-            step: by how much to go on [m].
-            place: where the platform is commanded to be, None if that is not known [m].
-            state: of the machine.
-            is_on_way: whether the goal of the last step has not ended.
-            now: time.monotonic() [s].
-        """
-        if not (is_on_way and (state is MOVING or now - self._sent_at < STEP_PATIENCE)):
-            self.drop()
-        start = self.target or place
-        if start is not None:
-            self.target = plus(start, step)
-            self._sent_at = now
-        return self.target
 
 
 # The history of messages: what the page has told its operators, and when.
@@ -292,14 +213,6 @@ def name_of(page: int) -> str:
     return f"page {page + 1}"
 
 
-# What a field of a number may show, and how much of another text is told [characters].
-DECIMAL = re.compile(r"[-+]?(?:[0-9]{1,9}(?:[.,][0-9]{0,9})?|[.,][0-9]{1,9})", re.ASCII)
-WHOLE = re.compile(r"[-+]?[0-9]{1,9}", re.ASCII)
-THOUSAND = re.compile(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
-LONGEST_NUMBER = 20
-# Of the fields of speeds [mm/s].
-USUAL_SPEED, SLOWEST_SPEED = 50.0, 0.01
-
 # A refusal is shown for so long [s].
 REFUSAL_SHOWN = 12.0
 
@@ -315,21 +228,24 @@ class OperatorRequests:
     are older than itself, but not the changes of inputs: they move nothing, and are shown already.
 
     Attributes:
+        server: of the page.
+        gui: of the page, to whose open container all that the operator uses is added.
         controls: who has them.
         link: to the machine.
         refusal: what was refused last, and why; empty after a while.
         history: of what all pages were told.
-        stops: how often Stop was pressed.
+        on_stop: ends, where the node spins, what is still on its way.
     """
 
-    def __init__(self, link: MachineLink, on_stop: Wish) -> None:
-        """Send by ``link``; ``on_stop`` ends, where the node spins, what is still on its way."""
+    def __init__(self, link: MachineLink, server: viser.ViserServer) -> None:
+        """Send by ``link``, whose refusals are shown on the pages of a ``server``."""
+        self.server, self.gui = server, server.gui
         self.controls = Controls()
         self.link = link
+        link.on_refusal = self.refuse
         self.refusal = ""
         self.history = MessageHistory()
-        self.stops = 0
-        self._on_stop = on_stop
+        self.on_stop: list[Wish] = []
         self._refused_at = 0.0
         self._hold = HeldJog()
         # With whether they outlast Stop.
@@ -391,8 +307,11 @@ class OperatorRequests:
         with self._wishes_lock:
             self._wishes = deque(each for each in self._wishes if each[1])
         # A wish that is being fulfilled at this moment comes to its end before this.
-        self.wish(self._on_stop)
-        self.stops += 1
+        self.wish(self._end_what_is_on_its_way)
+
+    def _end_what_is_on_its_way(self) -> None:
+        for end in self.on_stop:
+            end()
 
     async def release(self, event: Event) -> None:
         """End the jog of a page at once."""
@@ -403,7 +322,7 @@ class OperatorRequests:
         page, velocity = event.client_id, None
         try:
             velocity = scaled(direction, speed()) if self.may(page) else None
-        except WrongNumberError as error:
+        except KinematicsError as error:
             self.refuse(str(error))
         if velocity is None:
             self._end_hold(page)
@@ -458,204 +377,3 @@ class OperatorRequests:
         if is_jog:
             self.link.jog()
         return is_jog
-
-
-class OperatorsInput:
-    """An input that only the page with the controls changes; on the others it goes back.
-
-    Attributes:
-        value: that the operator, or the program, has set last.
-    """
-
-    def __init__(
-        self,
-        requests: OperatorRequests,
-        handle: Any,
-        on_change: Callable[[Any], None] | None = None,
-    ) -> None:
-        """Take over an input of viser; ``on_change``, which moves nothing, gets what is set."""
-        self.value = handle.value
-        self._requests = requests
-        self._handle = handle
-        self._on_change = on_change
-        handle.on_update(self._take)
-
-    def set(self, value: Any) -> None:
-        """Set it by the program."""
-        self.value = value
-        show_value(self._handle, value)
-
-    async def _take(self, event: Event) -> None:
-        if event.client_id is None:
-            return
-        if not self._requests.may(event.client_id):
-            self._handle.value = self.value
-            return
-        value = event.target.value
-        if refusal := self._refusal(value):
-            self._requests.refuse(refusal)
-            self._handle.value = self.value
-            return
-        self.value = value
-        on_change = self._on_change
-        if on_change is not None:
-            self._requests.wish(lambda: on_change(value), outlasts_stop=True)
-
-    def _refusal(self, value: Any) -> str:
-        """Return why a slider cannot have a ``value``; empty if it can."""
-        low, high = (getattr(self._handle, name, None) for name in ("min", "max"))
-        if low is None or high is None or low <= value <= high:
-            return ""
-        what = f"{self._handle.label}: {_shown(value)}"
-        return f"nothing done: {what} must be from {_shown(low)} to {_shown(high)}"
-
-
-class WrongNumberError(KinematicsError):
-    """A field shows no number that it may have.
-
-    Attributes:
-        label: of the field.
-        text: that it showed.
-    """
-
-    def __init__(self, label: str, text: str, wanted: str) -> None:
-        """Store both, and what is ``wanted``, in words."""
-        super().__init__(f"nothing done: {label}: {text[:LONGEST_NUMBER]!r} must be {wanted}")
-        self.label = label
-        self.text = text
-
-
-class OperatorsNumber:
-    """A number that only the page with the controls changes.
-
-    It is a field of text: one for numbers alters what is typed, key by key, until it is a number
-    that it may have. What is none is told when the number is needed; then the last one is shown.
-
-    Attributes:
-        last: that it has shown.
-    """
-
-    def __init__(
-        self,
-        requests: OperatorRequests,
-        gui: viser.GuiApi,
-        label: str,
-        number: float,
-        *,
-        least: float = -math.inf,
-        most: float = math.inf,
-        is_whole: bool = False,
-        hint: str | None = None,
-        on_change: Callable[[float], None] | None = None,
-    ) -> None:
-        """Add the field to the open container of ``gui``, with a ``number`` inside its bounds."""
-        self._label, self._is_whole = label, is_whole
-        self._least, self._most = least, most
-        self.last = number
-        self._on_change = on_change
-        field_of_text = gui.add_text(label, _shown(number), hint=hint)
-        self._input = OperatorsInput(requests, field_of_text, self._take)
-
-    @property
-    def value(self) -> float:
-        """The number that the field shows.
-
-        Raises:
-            WrongNumberError: if it shows none that it may have; from now on it shows the last one.
-        """
-        try:
-            return self._read(str(self._input.value))
-        except WrongNumberError:
-            self.set(self.last)
-            raise
-
-    def set(self, number: float) -> None:
-        """Show a number."""
-        self.last = number
-        self._input.set(_shown(number))
-
-    def _take(self, text: str) -> None:
-        # Somebody may still be typing: nothing is told about what is no number yet.
-        with suppress(WrongNumberError):
-            self.last = self._read(str(text))
-            if self._on_change is not None:
-                self._on_change(self.last)
-
-    def _read(self, text: str) -> float:
-        kind = (
-            "a whole number"
-            if self._is_whole
-            else "a number such as 2.5 (a point, where a comma may part thousands)"
-        )
-        bounds = (("least", self._least), ("most", self._most))
-        told = (f"at {name} {_shown(bound)}" for name, bound in bounds if math.isfinite(bound))
-        wanted = ", ".join((kind, *told))
-        pattern = WHOLE if self._is_whole else DECIMAL
-        number = float(text.replace(",", ".")) if pattern.fullmatch(text.strip()) else math.nan
-        # A comma may be that of a thousand, too.
-        if not self._least <= number <= self._most or THOUSAND.fullmatch(text.strip()):
-            raise WrongNumberError(self._label, text, wanted)
-        return number
-
-
-def _shown(number: float) -> str:
-    return f"{number:.10g}"
-
-
-class SpeedFields:
-    """A speed of the platform, or the choice that it goes as fast as the sliders can."""
-
-    def __init__(
-        self, requests: OperatorRequests, gui: viser.GuiApi, label: str, hint: str | None = None
-    ) -> None:
-        """Add both to the open container of ``gui``."""
-        self._speed = OperatorsNumber(
-            requests, gui, label, USUAL_SPEED, least=SLOWEST_SPEED, hint=hint
-        )
-        self._fastest = OperatorsInput(
-            requests, gui.add_checkbox("As fast as it can", initial_value=False)
-        )
-
-    @property
-    def value(self) -> float:
-        """The speed; 0 for the fastest [m/s].
-
-        Raises:
-            WrongNumberError: if the field shows none.
-        """
-        return 0.0 if self._fastest.value else 0.001 * self._speed.value
-
-
-class PagesBar:
-    """Buttons with which a page takes, asks for, and gives up the controls."""
-
-    def __init__(self, gui: viser.GuiApi, requests: OperatorRequests) -> None:
-        """Add them to the open container of ``gui``."""
-        group = gui.add_button_group("Controls", ("take", "give up"))
-
-        async def on_click(event: Event) -> None:
-            page = event.client_id
-            if event.target.value == "give up":
-                requests.give(page)
-            else:
-                requests.controls.ask(page)
-
-        group.on_click(on_click)
-
-
-def pages_text(controls: Controls, page: int) -> str:
-    """Return what a ``page`` is told about the others; empty if it is alone and in control."""
-    holder, others = controls.holder, len(controls.pages) - 1
-    if holder is None:
-        return "nobody has the controls: take them here (Stop always works)"
-    if holder == page:
-        asking = ", ".join(name_of(each) for each in controls.asking)
-        if asking:
-            return f"{asking} asks for the controls: give them up for that"
-        return f"you have the controls; {_pages(others)} looking on" if others else ""
-    asked = " (asked for)" if page in controls.asking else ""
-    return f"you are {name_of(page)}; {name_of(holder)} has the controls{asked} (Stop always works)"
-
-
-def _pages(count: int) -> str:
-    return "1 other page is" if count == 1 else f"{count} other pages are"

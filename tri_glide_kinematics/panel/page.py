@@ -7,19 +7,29 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Awaitable, Callable, Sequence
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib.resources import files
-from typing import Any, Protocol
+from typing import Any
 
 import viser
+from websockets.asyncio.server import ServerConnection
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.admission import QUERY, Admission, guarded_server
 from tri_glide_kinematics.panel.machine_scene import light_plainly
-from tri_glide_kinematics.panel.operator_requests import RENEWALS, Entry
+from tri_glide_kinematics.panel.operator_requests import (
+    RENEWALS,
+    Entry,
+    MessageHistory,
+    OperatorRequests,
+)
+from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.programs import PIECE
+from tri_glide_kinematics.panel.status_strip import Strip
 from tri_glide_kinematics.panel.viser_parts import Connections, messages, run_script, uuid_of
 
 PING_PERIOD = 0.5  # s
@@ -27,17 +37,7 @@ PING_PERIOD = 0.5  # s
 SILENT_PERIODS = 5
 
 
-class Socket(Protocol):
-    """A connection of websockets, which comes with viser."""
-
-    async def ping(self) -> Awaitable[float]:
-        """Send a ping; what is returned is done when it is answered."""
-
-    async def wait_closed(self) -> None:
-        """Wait for the end of the connection."""
-
-
-async def watch(socket: Socket, tell: Callable[[bool], None]) -> None:
+async def watch(socket: ServerConnection, tell: Callable[[bool], None]) -> None:
     """Tell when pings are not answered any more, and when they are again.
 
     Browsers answer by themselves, for a page that is hidden as well. The pings that websockets
@@ -63,7 +63,7 @@ async def watch(socket: Socket, tell: Callable[[bool], None]) -> None:
                 tell(False)
 
 
-async def _answer(socket: Socket) -> None:
+async def _answer(socket: ServerConnection) -> None:
     # Of a connection that is closed one hears in another way.
     with suppress(Exception):
         await (await socket.ping())
@@ -76,37 +76,6 @@ SILENCE = 3000
 WAKE_PERIOD = 0.5
 
 Log = Callable[[str], object]
-
-
-@dataclass(frozen=True)
-class Strip:
-    """The line above the page.
-
-    Attributes:
-        color: ready, motion, warning or fault.
-        state: in a word.
-        reason: of the state.
-        refusal: what was refused last, and why; empty for nothing.
-        pages: who has the controls.
-        stop: what stands below Stop.
-        position: of the platform.
-        speed: of the platform, and what changes it.
-        left: the way and the time to the end of what is done.
-        limit: whether the teach mode is on, and how fast the platform may be.
-        controls: whether the page has them.
-    """
-
-    color: str
-    state: str
-    reason: str
-    refusal: str = ""
-    pages: str = ""
-    stop: str = ""
-    position: str = ""
-    speed: str = ""
-    left: str = ""
-    limit: str = ""
-    controls: bool = False
 
 
 class PortTakenError(KinematicsError):
@@ -178,20 +147,31 @@ class Page:
         host = "127.0.0.1" if self._host in ("", "0.0.0.0", "::") else self._host
         return f"http://{f'[{host}]' if ':' in host else host}:{self.server.get_port()}"
 
-    def put_above(
-        self,
-        stop: viser.GuiButtonHandle,
-        release: viser.GuiButtonHandle,
-        leave: viser.GuiButtonHandle,
-    ) -> None:
+    def put_above(self, requests: OperatorRequests) -> None:
         """Put the strip and Stop above the page of all that connect from now on.
 
-        Stop presses ``stop``; a held button that is let go presses ``release``; a page that is left
-        presses ``leave``, as its browser may keep its connection.
+        They press buttons that no one sees, for the ``requests``. A held button that is let go
+        presses ``release``; a page that is left presses ``leave``, as its browser may keep its
+        connection.
         """
         room = files(__package__)
+        gui = self.server.gui
+
+        def button(on_click: Callable[[Any], Any]) -> str:
+            made = gui.add_button("unseen", visible=False)
+            made.on_click(on_click)
+            return uuid_of(made)
+
+        def theme(is_dark: bool) -> str:
+            async def show(event: Any) -> None:
+                # Of the page alone that asks for it.
+                if event.client is not None:
+                    set_theme(event.client.gui, is_dark=is_dark)
+
+            return button(show)
+
         # viser tells of a text only if it has changed: pages put a number before the tab.
-        tab = self.server.gui.add_text("tab", "", visible=False)
+        tab = gui.add_text("tab", "", visible=False)
 
         async def open_tab(event: Any) -> None:
             self.open_tabs[event.client_id] = event.target.value.partition(" ")[2]
@@ -203,33 +183,18 @@ class Page:
         self.server.on_client_disconnect(forget)
         settings = {
             "css": room.joinpath("page.css").read_text(encoding="utf-8"),
-            "stop": uuid_of(stop),
+            "stop": button(requests.stop),
             "tab": uuid_of(tab),
-            "release": uuid_of(release),
-            "leave": uuid_of(leave),
-            **{name: uuid_of(button) for name, button in self._themes().items()},
+            "release": button(requests.release),
+            "leave": button(requests.leave),
+            "dark": theme(is_dark=True),
+            "light": theme(is_dark=False),
             "renewals": RENEWALS,
             "silence": SILENCE,
             "piece": PIECE,
         }
         script = room.joinpath("page.js").read_text(encoding="utf-8")
         self._settings = script.replace("SETTINGS", json.dumps(settings), 1)
-
-    def _themes(self) -> dict[str, viser.GuiButtonHandle]:
-        """Return buttons that no one sees, with which a page asks for dark or light colours."""
-
-        def button(is_dark: bool) -> viser.GuiButtonHandle:
-            made = self.server.gui.add_button("theme", visible=False)
-
-            async def show(event: Any) -> None:
-                # Of this page alone.
-                if event.client is not None:
-                    set_theme(event.client.gui, is_dark=is_dark)
-
-            made.on_click(show)
-            return made
-
-        return {"dark": button(True), "light": button(False)}
 
     def greet(self, client: viser.ClientHandle) -> None:
         """Put all that lies above the page there."""
@@ -275,3 +240,59 @@ class Page:
         # asyncio forgets a task that nobody keeps.
         self._watches.add(watching)
         watching.add_done_callback(self._watches.discard)
+
+
+TELL_PERIOD = 0.1  # s between two looks at what pages are told
+HISTORY_PERIOD = 0.5  # s between two lists of what was told
+SIGN_PERIOD = 1.0  # s after which a page is told that nothing has changed
+
+
+@dataclass
+class _Told:
+    """What a page was told.
+
+    Attributes:
+        news: its strip, and the tab that it had open: one that has begun anew knows nothing.
+        at: when it was told something [s].
+        history: how much of the history it has.
+    """
+
+    news: tuple[Strip, str] | None = None
+    at: float = -math.inf
+    history: int = -1
+
+
+class PagesNews:
+    """Tells each page what stands above it, and the history, if that is new."""
+
+    def __init__(self, page: Page) -> None:
+        """Tell by a ``page``."""
+        self._page = page
+        self._told: dict[int, _Told] = {}
+        self._pace, self._history_pace = Pace(TELL_PERIOD), Pace(HISTORY_PERIOD)
+
+    def tell(
+        self,
+        clients: Mapping[int, viser.ClientHandle],
+        strip_of: Callable[[int], Strip],
+        history: MessageHistory,
+    ) -> None:
+        """Tell ``clients``, by their numbers, if it is time to; ``strip_of`` one is asked for."""
+        now = time.monotonic()
+        if not self._pace.is_due(now):
+            return
+        for number in self._told.keys() - clients.keys():
+            del self._told[number]
+        for number, tab in tuple(self._page.open_tabs.items()):
+            if (client := clients.get(number)) is None:
+                continue
+            told, news = self._told.setdefault(number, _Told()), (strip_of(number), tab)
+            if news != told.news or now - told.at > SIGN_PERIOD:
+                self._page.show(client, news[0] if news != told.news else None)
+                told.news, told.at = news, now
+        changes = history.changes
+        behind = [number for number, told in self._told.items() if told.history != changes]
+        if behind and self._history_pace.is_due(now):
+            for number in behind:
+                self._told[number].history = changes
+                self._page.show_history(clients[number], tuple(history))

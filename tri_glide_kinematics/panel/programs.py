@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from os import getpid, scandir
 from pathlib import Path
@@ -17,6 +17,7 @@ import viser
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import OutsideFolderError, file_in
 from tri_glide_kinematics.panel.link import Bounds, MachineFacts
+from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.program_reading import (
     Answer,
@@ -34,13 +35,15 @@ from tri_glide_kinematics.panel.words import clock_text, note, progress, table
 from tri_glide_kinematics.programs import (
     Dialect,
     ProgramCheck,
+    ProgramRun,
     ProgramSettings,
+    RunState,
     Scales,
     TimeLeft,
     load_own_settings,
     with_kept_zeros,
 )
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
 
 # The folder of programs: files that a page sends in pieces, kept until somebody removes them.
@@ -103,6 +106,15 @@ def checked_size(name: str, size: object) -> int:
     return size
 
 
+@contextmanager
+def _refusing(nothing: str) -> Iterator[None]:
+    """Say that ``nothing`` was done where the system refuses something."""
+    try:
+        yield
+    except OSError as error:
+        raise ProgramFileError(f"{nothing}: {error.strerror or error}") from error
+
+
 class ProgramFolder:
     """The folder of programs, which is made with the first file.
 
@@ -134,12 +146,7 @@ class ProgramFolder:
         Raises:
             ProgramFileError: if there is none of this name.
         """
-        try:
-            path = file_in(self.folder, name)
-        except OutsideFolderError as error:
-            raise ProgramFileError(
-                f"{name[:LONGEST_NAME]!r} is no file in the folder of programs"
-            ) from error
+        path = self._place(name)
         if not path.is_file():
             raise ProgramFileError(
                 f"{name[:LONGEST_NAME]!r} is no longer in the folder of programs"
@@ -152,13 +159,9 @@ class ProgramFolder:
         Raises:
             ProgramFileError: if it cannot be written.
         """
-        try:
+        with _refusing("not uploaded: the folder of programs cannot be written"):
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             return self._part.open("wb")
-        except OSError as error:
-            raise ProgramFileError(
-                f"not uploaded: the folder of programs cannot be written: {error.strerror or error}"
-            ) from error
 
     def keep(self, name: str) -> None:
         """Make what was written a program, in place of one of the same name.
@@ -166,14 +169,8 @@ class ProgramFolder:
         Raises:
             ProgramFileError: if this cannot be done.
         """
-        try:
-            self._part.replace(file_in(self.folder, name))
-        except OSError as error:
-            raise ProgramFileError(f"not uploaded: {name}: {error.strerror or error}") from error
-        except OutsideFolderError as error:
-            raise ProgramFileError(
-                f"not uploaded: {name} is no file in the folder of programs"
-            ) from error
+        with _refusing(f"not uploaded: {name}"):
+            self._part.replace(self._place(name))
 
     def remove(self, name: str) -> None:
         """Remove a program.
@@ -181,10 +178,8 @@ class ProgramFolder:
         Raises:
             ProgramFileError: if there is none of this name, or it cannot be removed.
         """
-        try:
+        with _refusing(f"not removed: {name}"):
             self.path(name).unlink()
-        except OSError as error:
-            raise ProgramFileError(f"not removed: {name}: {error.strerror or error}") from error
 
     def rename(self, name: str, new: str) -> None:
         """Give a program a ``new`` name.
@@ -193,15 +188,22 @@ class ProgramFolder:
             ProgramFileError: if it cannot be called so, or another one is.
         """
         target = self.folder / checked_name(new, "not renamed")
-        try:
+        with _refusing(f"not renamed: {name}"):
             # Unlike a rename, a link replaces nothing.
             path = self.path(name)
-            target.hardlink_to(path)
+            try:
+                target.hardlink_to(path)
+            except FileExistsError as error:
+                raise ProgramFileError(f"not renamed: there is a file {new} already") from error
             path.unlink()
-        except FileExistsError as error:
-            raise ProgramFileError(f"not renamed: there is a file {new} already") from error
-        except OSError as error:
-            raise ProgramFileError(f"not renamed: {name}: {error.strerror or error}") from error
+
+    def _place(self, name: str) -> Path:
+        try:
+            return file_in(self.folder, name)
+        except OutsideFolderError as error:
+            raise ProgramFileError(
+                f"{name[:LONGEST_NAME]!r} is no file in the folder of programs"
+            ) from error
 
     def drop(self) -> None:
         """Remove what was written."""
@@ -347,18 +349,20 @@ class Uploads:
 LARGEST_SENT = 5_000_000
 
 
-def send_file(server: viser.ViserServer, requests: OperatorRequests, path: Path) -> None:
-    """Send a file to the page that has the controls."""
+def send_file(requests: OperatorRequests, path: Path) -> None:
+    """Send a file to the page that has the controls.
+
+    Raises:
+        ProgramFileError: if it cannot be read, or is too large.
+    """
     holder = requests.controls.holder
-    client = None if holder is None else server.get_clients().get(holder)
-    try:
+    client = None if holder is None else requests.server.get_clients().get(holder)
+    with _refusing(f"not sent: {path.name}"):
         if (size := path.stat().st_size) > LARGEST_SENT:
             text = f"{size / 1e6:,.1f} MB, at most {LARGEST_SENT / 1e6:g} MB: copy {path}"
-            requests.refuse(f"not sent: {path.name} has {text}")
-        elif client is not None:
+            raise ProgramFileError(f"not sent: {path.name} has {text}")
+        if client is not None:
             client.send_file_download(path.name, path.read_bytes(), PIECE, save_immediately=True)
-    except OSError as error:
-        requests.refuse(f"not sent: {path.name}: {error.strerror or error}")
 
 
 # The program that is chosen on the page, and what is known of it before and while it runs.
@@ -372,29 +376,35 @@ class ChosenProgram:
     """A file of the folder: it is read, and proved where that is asked for.
 
     Attributes:
+        files: the settings of programs, and the work zeros that are kept.
         name: of the file; empty for none.
         dialect: in which it is read.
         read: what it means; None before that is known.
         check: the proof of it; None before that is there, or when it holds no more.
         error: why it is not read, or not proved.
+        run: the newest one of it; None before the first.
     """
 
     def __init__(
-        self,
-        folder: ProgramFolder,
-        settings_file: Path,
-        zeros_file: Path,
-        present: Callable[[], Vector3 | None],
+        self, folder: ProgramFolder, settings_file: Path, zeros_file: Path, machine: ShownMachine
     ) -> None:
-        """Choose none yet; the arguments are those of ``ProgramTab``."""
+        """Choose none yet.
+
+        Args:
+            folder: of the programs.
+            settings_file: what programs do not say.
+            zeros_file: the work zeros that are kept.
+            machine: whose place is where a program begins that says no other.
+        """
+        self.files = settings_file, zeros_file
         self.name = ""
         self.dialect = FROM_SETTINGS
         self.read: ReadProgram | None = None
         self.check: ProgramCheck | None = None
         self.error = ""
+        self.run: ProgramRun | None = None
         self._folder = folder
-        self._settings_file, self._zeros_file = settings_file, zeros_file
-        self._present = present
+        self._shown_machine = machine
         self._facts: MachineFacts | None = None
         # Bounds for which the proof holds, and whether the machine has others since.
         self._bounds: Bounds | None = None
@@ -407,6 +417,11 @@ class ChosenProgram:
         self._stream: BinaryIO | None = None
         # Made of the check, when it is asked for; None for a run that begins anew.
         self._time_left: TimeLeft | None = None
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it runs."""
+        return self.run is not None and self.run.state is not RunState.ENDED
 
     @property
     def is_in_work(self) -> bool:
@@ -463,7 +478,7 @@ class ChosenProgram:
     def load(self) -> None:
         """Begin to read the file that is chosen, in place of what was read before."""
         self.close()
-        self.read = self.check = None
+        self.read = self.check = self.run = None
         self.error = ""
         self._is_outdated = False
         if self._stream is not None:
@@ -475,7 +490,7 @@ class ChosenProgram:
                 path = self.path
                 self._settings = self.settings()
             except KinematicsError as error:
-                self.error = shown_text(str(error), self._settings_file)
+                self.error = shown_text(str(error), self.files[0])
                 return
             with suppress(OSError):
                 self._stream = path.open("rb")
@@ -487,9 +502,9 @@ class ChosenProgram:
         self.close()
         self._begin(self.path, is_check=True)
 
-    def begin_run(self) -> None:
-        """Forget how long another run has taken."""
-        self._time_left = None
+    def begin_run(self, run: ProgramRun) -> None:
+        """Follow a ``run`` of it."""
+        self.run, self._time_left = run, None
 
     def cancel(self) -> None:
         """End what is being done with it; what is not read is not chosen any more."""
@@ -511,8 +526,7 @@ class ChosenProgram:
         if isinstance(answer, NotRead):
             self.error = answer.reason
         elif isinstance(answer, ProgramCheck):
-            self.check = answer
-            self.begin_run()
+            self.check, self._time_left = answer, None
         else:
             self.read = answer
         return answer
@@ -526,7 +540,7 @@ class ChosenProgram:
 
     def _marks_now(self) -> tuple[Mark, ...]:
         file = self._folder.folder / self.name
-        return tuple(mark_of(each) for each in (file, self._settings_file, self._zeros_file))
+        return tuple(mark_of(each) for each in (file, *self.files))
 
     def settings(self) -> ProgramSettings:
         """Return what programs do not say themselves, with the work zeros that are kept.
@@ -534,11 +548,12 @@ class ChosenProgram:
         Raises:
             KinematicsError: if a file has no meaning.
         """
-        settings = with_kept_zeros(load_own_settings(self._settings_file), self._zeros_file)
+        settings_file, zeros_file = self.files
+        settings = with_kept_zeros(load_own_settings(settings_file), zeros_file)
         if self.dialect != FROM_SETTINGS:
             settings = replace(settings, dialect=Dialect(self.dialect))
         if settings.start is None and settings.home is None:
-            settings = replace(settings, start=self._present())
+            settings = replace(settings, start=self._shown_machine.commanded_position)
         return settings
 
     # Texts for the page
@@ -550,14 +565,15 @@ class ChosenProgram:
             return ""
         return f"line {self.read.outside:,} leads outside the workspace"
 
-    def text(self, *, is_running: bool) -> str:
-        """Return what is known of it, for the page."""
+    @property
+    def text(self) -> str:
+        """What is known of it, for the page."""
         parts = []
         if self._process is not None:
             seconds = clock_text(monotonic() - self._process.begun_at)
             text = f"{self.in_work}, since {seconds} (cancel ends it)"
             parts.append(progress(self._process.part, text, is_work=True))
-        if is_running and self.is_changed:
+        if self.is_running and self.is_changed:
             text = f"{self.changed}: what runs is what was read before"
             parts.append(note(text, is_bad=True))
         if self.outside:

@@ -8,7 +8,7 @@ from concurrent.futures import Executor, Future
 
 import numpy as np
 import pytest
-from mechanisms_rig import CONFIG, Rig, page_server
+from mechanisms_rig import CONFIG, Rig
 
 from tri_glide_kinematics.panel.mechanisms import NONE, example_files, shown_of, view_of
 from tri_glide_kinematics.panel.mechanisms.show import Show
@@ -16,9 +16,8 @@ from tri_glide_kinematics.settings import IK_NODE
 
 
 @pytest.fixture(scope="module")
-def rig():
-    with page_server() as server:
-        yield Rig(server)
+def rig(server):
+    return Rig(server)
 
 
 @pytest.mark.parametrize("size", [(956, 720), (316, 480), (360, 640), (800, 800)])

@@ -12,13 +12,6 @@ viser = pytest.importorskip("viser")
 LIMITS = CurveLimits((0.3, 0.3, 0.3), (0.9, 0.9, 0.9), (1.0, 1.0, 1.0), (10.0, 10.0, 10.0))
 
 
-@pytest.fixture(scope="module")
-def server():
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server
-    server.stop()
-
-
 @pytest.fixture
 def curves(server):
     with server.gui.add_folder("curves"):

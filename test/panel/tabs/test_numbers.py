@@ -6,7 +6,7 @@ import pytest
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.link import MachineFacts
-from tri_glide_kinematics.panel.machine_scene import Pose
+from tri_glide_kinematics.panel.machine import Pose
 from tri_glide_kinematics.panel.tabs.live_view import edge_distance, edge_row, numbers_table
 from tri_glide_kinematics.panel.words import bar, note, table
 from tri_glide_kinematics.settings import IK_NODE

@@ -1,19 +1,10 @@
 """What a pick_node tells is shown as soon as it is heard."""
 
 import numpy as np
-import pytest
-import viser
 from geometry_msgs.msg import Point
 
 from tri_glide_interfaces.msg import PickState
 from tri_glide_kinematics.panel.tabs.pick_view import PickView
-
-
-@pytest.fixture
-def server():
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    yield server
-    server.stop()
 
 
 def test_parts_and_counters_are_shown(server):

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.limits import (
     SliderLimits,
     SliderState,

@@ -14,12 +14,10 @@ from numpy.typing import NDArray
 from viser import GuiApi, GuiUplotHandle
 from viser.uplot import Axis, Scale, Series
 
+from tri_glide_kinematics.panel.inputs import OperatorsInput, OperatorsNumber, add_button
 from tri_glide_kinematics.panel.link import TABLE, MachineFacts, SteadyTimes, SwingFeed
-from tri_glide_kinematics.panel.operator_requests import (
-    OperatorRequests,
-    OperatorsInput,
-    OperatorsNumber,
-)
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.settings import NO_SHAPER, Values
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -231,6 +229,10 @@ def _legend(names: Sequence[str], colours: Sequence[str]) -> str:
     )
 
 
+def _series(names: Sequence[str], width: float) -> Iterable[Series]:
+    return (Series(label=name, stroke=each, width=width) for name, each in zip(names, COLOURS))
+
+
 def _add_plot(
     gui: GuiApi,
     title: str,
@@ -269,10 +271,6 @@ def _send(plot: GuiUplotHandle, columns: tuple[FloatArray, ...]) -> None:
         plot.data = columns
 
 
-def _is_due(drawn_at: float | None, time: float) -> bool:
-    return drawn_at is None or not 0.0 <= time - drawn_at < REDRAWN_AFTER
-
-
 SLIDER_NAMES = tuple(f"slider {number}" for number in range(1, SLIDERS + 1))
 
 
@@ -293,7 +291,7 @@ class Curves:
         self.history = History()
         self._limits = limits
         self.recorded: History | None = None
-        self._drawn_at: float | None = None
+        self._pace = Pace(REDRAWN_AFTER)
         gui.add_html(_legend((*SLIDER_NAMES, "limit"), (*COLOURS, LIMIT_COLOUR)))
         self.plots = [self._add(plot) for plot in _PLOTS]
 
@@ -309,9 +307,8 @@ class Curves:
 
     def draw(self, time: float) -> None:
         """Draw if it is time to, and let the curves go on to ``time`` [s] if no samples come."""
-        if not _is_due(self._drawn_at, time):
+        if not self._pace.is_due(time):
             return
-        self._drawn_at = time
         self.history.advance(time)
         for plot, handle in zip(_PLOTS, self.plots):
             _send(handle, self._columns(plot))
@@ -336,15 +333,12 @@ class Curves:
     def _add(self, plot: _Plot, order: float | None = None) -> GuiUplotHandle:
         limits = self._limits_of(plot)
         margin = MARGIN * (limits[-1] - limits[0])
-        curves = (
-            Series(label=name, stroke=colour, width=1.5)
-            for name, colour in zip(SLIDER_NAMES, COLOURS)
-        )
         lines = (Series(label="limit", stroke=LIMIT_COLOUR, dash=(6, 4)) for _ in limits)
         # The range is fixed: how near a curve is to its limits is seen at a glance.
         scale = (limits[0] - margin, limits[-1] + margin)
         columns = self._columns(plot)
-        return _add_plot(self._gui, plot.title, columns, (*curves, *lines), scale, SPAN, order)
+        series = (*_series(SLIDER_NAMES, 1.5), *lines)
+        return _add_plot(self._gui, plot.title, columns, series, scale, SPAN, order)
 
 
 LEAST_LAG = 0.1  # mm
@@ -355,12 +349,9 @@ class LagPlot:
 
     def __init__(self, gui: GuiApi) -> None:
         """Add the plot to the open container of ``gui``."""
-        curves = [
-            Series(label=name, stroke=colour, width=1.5)
-            for name, colour in zip(SLIDER_NAMES, COLOURS)
-        ]
         columns, scale = (np.array((-SPAN, 0.0)), *np.zeros((SLIDERS, 2))), (-LEAST_LAG, LEAST_LAG)
-        self._plot = _add_plot(gui, "Measured less commanded [mm]", columns, curves, scale, SPAN)
+        title, series = "Measured less commanded [mm]", _series(SLIDER_NAMES, 1.5)
+        self._plot = _add_plot(gui, title, columns, series, scale, SPAN)
         self._plot.visible = False
 
     def show(self, lag: History | None) -> None:
@@ -394,22 +385,18 @@ class SwingCurves:
     def __init__(self, gui: GuiApi) -> None:
         """Add the plot to the open container of ``gui``."""
         self.history = SwingHistory()
-        self._drawn_at: float | None = None
+        self._pace = Pace(REDRAWN_AFTER)
         self._range = math.nan
         self._legend = gui.add_html(_legend(AXIS_NAMES, COLOURS), visible=False)
-        curves = (
-            Series(label=name, stroke=colour, width=1.0)
-            for name, colour in zip(AXIS_NAMES, COLOURS)
-        )
         title = f"Acceleration [m/s²], last {SWING_SPAN:g} s"
         columns, scale = self._columns(), (-LEAST_RANGE, LEAST_RANGE)
-        self.plot = _add_plot(gui, title, columns, curves, scale, span=SWING_SPAN)
+        series = _series(AXIS_NAMES, 1.0)
+        self.plot = _add_plot(gui, title, columns, series, scale, span=SWING_SPAN)
         self.plot.visible = False
 
     def draw(self, time: float) -> bool:
         """Draw if it is time to; return whether there is something to see."""
-        if _is_due(self._drawn_at, time):
-            self._drawn_at = time
+        if self._pace.is_due(time):
             self.history.advance(time)
             columns = self._columns()
             is_told = len(columns[0]) > 0
@@ -491,8 +478,9 @@ class Shaping(NamedTuple):
 class SwingTab:
     """The curve of the measured swing, and fields for the shaper."""
 
-    def __init__(self, gui: viser.GuiApi, requests: OperatorRequests) -> None:
-        """Add all to the open container of ``gui``."""
+    def __init__(self, requests: OperatorRequests) -> None:
+        """Add all to the open container of the page."""
+        gui = requests.gui
         self._requests = requests
         self._times = SteadyTimes()
         self._shown: Shaping | None = None
@@ -502,14 +490,14 @@ class SwingTab:
             self._shaper = OperatorsInput(requests, gui.add_dropdown("Kind", SHAPERS))
             self._modes = [
                 [
-                    OperatorsNumber(requests, gui, f"{name} [{unit}]", number, least=0.0)
+                    OperatorsNumber(requests, f"{name} [{unit}]", number, least=0.0)
                     for unit, number in (("Hz", 15.0), ("% damping", 5.0))
                 ]
                 for name in ("Mode", "2nd")
             ]
             self._has_second = OperatorsInput(requests, gui.add_checkbox("A second mode", False))
-            button = gui.add_button("Set", color="blue", icon=viser.Icon.WAVE_SINE)
-            button.on_click(requests.on(lambda _: self._set()))
+            look = {"color": "blue", "icon": viser.Icon.WAVE_SINE}
+            add_button(requests, "Set", self._set, **look)
             self._words = gui.add_html("")
 
     def show(self, facts: MachineFacts | None, *, waits: bool) -> None:

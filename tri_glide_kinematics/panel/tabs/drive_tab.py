@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from functools import partial
 from html import escape
 from typing import Any
 
 import viser
 
 from tri_glide_kinematics.control import TEACH_SPEED, OperatingState
-from tri_glide_kinematics.panel.link import MachineFacts, NewestWish
-from tri_glide_kinematics.panel.machine_scene import view_of
-from tri_glide_kinematics.panel.operator_requests import (
-    RENEWALS,
-    Event,
-    OperatorRequests,
+from tri_glide_kinematics.panel.inputs import (
     OperatorsInput,
     OperatorsNumber,
+    ScaleSlider,
     SpeedFields,
+    add_button,
+    add_buttons,
 )
+from tri_glide_kinematics.panel.link import MachineFacts
+from tri_glide_kinematics.panel.machine import ShownMachine
+from tri_glide_kinematics.panel.machine_scene import view_of
+from tri_glide_kinematics.panel.operator_requests import RENEWALS, Event, OperatorRequests
 from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.vectors import Vector3, plus, scaled, three
@@ -60,47 +62,33 @@ SPEED_HINT = "largest speed of the platform on its way"
 # is up on the page.
 VIEWS = {"top": (0.0, -1e-3, 1.0), "front": (0.0, -1.0, 0.0), "fit": None}
 
-# To a position or by a vector [m], at a speed [m/s].
-Move = Callable[[Vector3, float], None]
-
 
 class DriveTab:
     """Enabling, speed, jogs, steps, and a position to go to."""
 
-    def __init__(
-        self, gui: viser.GuiApi, requests: OperatorRequests, move_to: Move, move_by: Move
-    ) -> None:
-        """Add all to the open container of ``gui``.
-
-        A move is to a position or by a vector [m], at a speed of the platform [m/s], 0 for what the
-        sliders can do.
-        """
-        self._gui = gui
+    def __init__(self, requests: OperatorRequests, machine: ShownMachine) -> None:
+        """Add all to the open container of the page, by which a ``machine`` is driven."""
+        gui = requests.gui
         self._requests = requests
-        self._move_by = move_by
-        # Facts of the machine, and those by which its values were shown.
-        self._facts: MachineFacts | None = None
-        self._is_shown: MachineFacts | None = None
+        self._machine = machine
         link = requests.link
-        power = gui.add_button_group("Machine", ("enable", "disable"))
-        power.on_click(requests.on(lambda value: link.enable(value == "enable")))
-        motion = gui.add_button_group("Motion", ("pause", "resume"))
-        motion.on_click(requests.on(link.trigger))
+        powers = {name: partial(link.enable, name == "enable") for name in ("enable", "disable")}
+        add_buttons(requests, "Machine", powers)
+        motions = {name: partial(link.trigger, name) for name in ("pause", "resume")}
+        add_buttons(requests, "Motion", motions)
         self._teach: Any = gui.add_checkbox("Teach mode", False, hint=TEACH_HINT)
         self._is_teaching = False
+        # Facts by which the teach mode was shown.
+        self._shown: MachineFacts | None = None
         self._teach.on_update(self._set_teach_mode)
-        scale = self._wish = NewestWish(link, "speed scale", "speed_scale", self._show_again)
-        self._scale = OperatorsInput(
-            requests,
-            gui.add_slider("Speed [%]", min=1, max=100, step=1, initial_value=100),
-            lambda value: scale.set(0.01 * value),
-        )
-        mode = gui.add_button_group("Jog [mm]", (HOLD, *STEPS, OWN))
+        self._scale = ScaleSlider(requests, "Speed", 100, "speed_scale")
+        modes = {mode: partial(self._set_mode, mode) for mode in (HOLD, *STEPS, OWN)}
+        add_buttons(requests, "Jog [mm]", modes)
         self._own_step = OperatorsNumber(
-            *(requests, gui, "Own step [mm]", USUAL_STEP), least=SMALLEST_STEP, most=LARGEST_STEP
+            requests, "Own step [mm]", USUAL_STEP, least=SMALLEST_STEP, most=LARGEST_STEP
         )
         self._speed = OperatorsNumber(
-            *(requests, gui, "Jog [mm/s]", USUAL_JOG), least=SLOWEST_JOG, most=FASTEST_JOG
+            requests, "Jog [mm/s]", USUAL_JOG, least=SLOWEST_JOG, most=FASTEST_JOG
         )
         self._mode = HOLD
         self._state: OperatingState | None = None
@@ -110,49 +98,42 @@ class DriveTab:
         self._pad, self._on = gui.add_html(""), gui.add_html("")
         self._show_pad()
         self._show_on()
-        mode.on_click(requests.on(self._set_mode))
         with gui.add_folder("Go to"):
-            self._place = [OperatorsNumber(requests, gui, f"{axis} [mm]", 0.0) for axis in "xyz"]
-            self._go_speed = SpeedFields(requests, gui, "at [mm/s]", SPEED_HINT)
-            go = gui.add_button("Go", color="blue", icon=viser.Icon.PLAYER_PLAY)
-            go.on_click(requests.on(lambda _: move_to(self._wanted(), self.go_speed)))
-            here = gui.add_button("Take the present position")
-            here.on_click(requests.on(lambda _: self._take_present()))
+            self._place = [OperatorsNumber(requests, f"{axis} [mm]", 0.0) for axis in "xyz"]
+            self._go_speed = SpeedFields(requests, "at [mm/s]", SPEED_HINT)
+            look = {"color": "blue", "icon": viser.Icon.PLAYER_PLAY}
+            add_button(requests, "Go", self._go, **look)
+            add_button(requests, "Take the present position", self._take_present)
         self._present: Vector3 | None = None
         gui.add_button_group("View", tuple(VIEWS)).on_click(self._look)
 
-    @property
-    def go_speed(self) -> float:
-        """Speed of the way to a position, of the handle, too; 0 for the fastest [m/s].
+    def go_to(self, position: Vector3) -> None:
+        """Go to a ``position``, at the speed that the fields show [m].
 
         Raises:
-            WrongNumberError: if the field shows none.
+            WrongNumberError: if the field of the speed shows none.
         """
-        return self._go_speed.value
+        self._machine.move_to(position, self._go_speed.value)
 
-    def _wanted(self) -> Vector3:
-        return three(0.001 * field.value for field in self._place)
+    def _go(self) -> None:
+        self.go_to(three(0.001 * field.value for field in self._place))
 
-    def show(
-        self, facts: MachineFacts, position: Vector3 | None, state: OperatingState | None
-    ) -> None:
-        """Show speed scale, teach mode and ``state``; it is commanded at ``position`` [m]."""
+    def show(self) -> None:
+        """Show speed scale, teach mode, state and place of the machine, if one is known."""
+        facts, state = self._machine.facts, self._machine.feeds.status.state
+        if facts is None:
+            return
         if state is not self._state:
             self._state = state
             self._show_on()
         is_first = self._present is None
-        self._present = position or self._present
+        self._present = self._machine.commanded_position or self._present
         if is_first:
             self._take_present()
-        self._facts = facts
-        if facts is not self._is_shown and not self._wish.is_setting:
-            self._is_shown = facts
-            self._scale.set(max(1, round(100.0 * facts.speed_scale)))
+        self._scale.show(facts)
+        if facts is not self._shown:
+            self._shown = facts
             self._teach.value = self._is_teaching = facts.is_teaching
-
-    def _show_again(self) -> None:
-        """Show what the machine has, whatever was wished."""
-        self._is_shown = None
 
     def _take_present(self) -> None:
         if self._present is not None:
@@ -161,9 +142,10 @@ class DriveTab:
 
     async def _look(self, event: Event) -> None:
         """Turn the camera of the page on which a view was chosen; any page may."""
-        if event.client is None or self._facts is None:
+        facts = self._machine.facts
+        if event.client is None or facts is None:
             return
-        position, middle = view_of(self._facts)
+        position, middle = view_of(facts)
         if direction := VIEWS.get(event.target.value):
             position = plus(middle, scaled(direction, math.dist(position, middle)))
         with event.client.atomic():
@@ -188,7 +170,7 @@ class DriveTab:
 
     def _pad_button(self, direction: Vector3) -> Any:
         """Return a button that is not seen: the pad presses and holds it."""
-        button = self._gui.add_button("jog", visible=False)
+        button = self._requests.gui.add_button("jog", visible=False)
         requests = self._requests
 
         async def hold(event: Event) -> None:
@@ -197,7 +179,7 @@ class DriveTab:
         def step(_: object) -> None:
             if self._mode != HOLD:
                 size = STEPS.get(self._mode) or 0.001 * self._own_step.value
-                self._move_by(scaled(direction, size), 0.001 * self._speed.value)
+                self._machine.move_by(scaled(direction, size), 0.001 * self._speed.value)
 
         button.on_hold(hold, callback_hz=RENEWALS)
         button.on_click(requests.on(step))

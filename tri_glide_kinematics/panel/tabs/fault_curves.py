@@ -9,11 +9,11 @@ from pathlib import Path
 from threading import Thread
 
 import numpy as np
-import viser
 
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.panel.inputs import OperatorsInput, add_button
 from tri_glide_kinematics.panel.link import MachineFacts
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests, OperatorsInput
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.programs import send_file
 from tri_glide_kinematics.panel.tabs.curves import Curves, History, LagPlot
 from tri_glide_kinematics.panel.viser_parts import uuid_of
@@ -31,15 +31,15 @@ NOW = "the last 10 s"
 class FaultCurves:
     """The choice of what is drawn on the tab *Curves*."""
 
-    def __init__(self, server: viser.ViserServer, requests: OperatorRequests) -> None:
-        """Add it to the open container of the ``server``'s panel."""
-        gui = server.gui
-        self._server, self._requests = server, requests
+    def __init__(self, requests: OperatorRequests) -> None:
+        """Add it to the open container of the page."""
+        gui = requests.gui
+        self._requests = requests
         self._files: dict[str, Path] | None = None
         self._choice = gui.add_dropdown("Curves of", (NOW,))
         self._input = OperatorsInput(requests, self._choice, self._choose)
-        self._download = gui.add_button("Download the recording", visible=False)
-        self._download.on_click(requests.on(lambda _: self._send()))
+        label = "Download the recording"
+        self._download = add_button(requests, label, self._send, visible=False)
         self._words = gui.add_html("")
         self._lag = LagPlot(gui)
         self._offsets = np.zeros(3)
@@ -58,8 +58,8 @@ class FaultCurves:
         new = [] if self._files is None else [each for each in files if each not in self._files]
         self._files = files
         for name in reversed(new):
-            shown = self._server.gui.add_button("recording", visible=False)
-            shown.on_click(self._requests.on(partial(self._show, name)))
+            show = partial(self._show, name)
+            shown = add_button(self._requests, "recording", show, visible=False)
             text = "the seconds before the fault are recorded"
             self._requests.history.add(FAULT, text, press=uuid_of(shown))
         self._choice.options = (NOW, *files)
@@ -78,7 +78,7 @@ class FaultCurves:
         self._download.visible = name != NOW
         self._lag.show(lag)
 
-    def _show(self, name: str, _: object = None) -> None:
+    def _show(self, name: str) -> None:
         self._input.set(name)
         self._choose(name)
 
@@ -114,4 +114,4 @@ class FaultCurves:
 
     def _send(self) -> None:
         if file := (self._files or {}).get(self._chosen):
-            send_file(self._server, self._requests, file)
+            send_file(self._requests, file)

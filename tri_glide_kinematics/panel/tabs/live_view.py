@@ -7,7 +7,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +22,10 @@ from tri_glide_kinematics.panel.link import (
     MotionFeed,
     SteadyTimes,
 )
-from tri_glide_kinematics.panel.machine_scene import Pose, Scene, view_of
+from tri_glide_kinematics.panel.machine import Pose, ShownMachine, pose_of
+from tri_glide_kinematics.panel.machine_scene import Scene, view_of
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.tabs.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.fault_curves import FaultCurves
 from tri_glide_kinematics.panel.tabs.machine_map import MachineMap
@@ -72,13 +73,12 @@ class GoToHandle:
 
     def __init__(
         self,
-        server: viser.ViserServer,
         requests: OperatorRequests,
         size: float,
         move_to: Callable[[Vector3], None],
     ) -> None:
         """Put it into the scene, hidden before it has a place; its arrows have a ``size`` [m]."""
-        self._server = server
+        server = requests.server
         self._requests = requests
         self._move_to = move_to
         self._drag = Drag()
@@ -112,7 +112,7 @@ class GoToHandle:
     async def _on_update(self, event: Any) -> None:
         # viser tells of the end of a drag when a page vanishes, too: that is no wish to move.
         page, drag = event.client_id, self._drag
-        is_there = page in self._server.get_clients()
+        is_there = page in self._requests.server.get_clients()
         if event.phase == "end" or not is_there:
             place = drag.end(page)
             if is_there and self._requests.may(page) and place is not None:
@@ -231,9 +231,9 @@ class LiveView:
 
     def __init__(
         self,
-        server: viser.ViserServer,
         tabs: viser.GuiTabGroupHandle,
         requests: OperatorRequests,
+        machine: ShownMachine,
         move_to: Callable[[Vector3], None],
         shows: Callable[[str], bool],
         measurements: Path | None,
@@ -241,17 +241,20 @@ class LiveView:
         """Add the tabs with numbers and curves.
 
         Args:
-            server: of the page.
             tabs: to which they are added.
             requests: of the operator.
+            machine: that is shown.
             move_to: goes to a position [m].
             shows: tells whether any page has a tab open.
             measurements: file with those of a calibration; None for none.
         """
-        self._server = server
+        server = requests.server
         self._requests = requests
+        self._machine = machine
         self._move_to = move_to
         self._shows = shows
+        # Facts that are shown, and those of the machine that is drawn.
+        self._facts: MachineFacts | None = None
         self._drawn: MachineFacts | None = None
         self._scene: Scene | None = None
         self._handle: GoToHandle | None = None
@@ -261,23 +264,32 @@ class LiveView:
         self._curves_at = 0.0
         self._trace: deque[Vector3] = deque(maxlen=TRACE_POINTS)
         self._is_traced = True
-        self._due = {"numbers": 0.0, "edge": 0.0, "trace": 0.0, "faults": 0.0}
+        self._lines: dict[str, FloatArray] = {}
+        self._numbers_pace, self._edge_pace = Pace(NUMBERS_PERIOD), Pace(EDGE_PERIOD)
+        self._trace_pace, self._faults_pace = Pace(TRACE_PERIOD), Pace(FAULTS_PERIOD)
         self._edge: Row = ("edge", "", "")
         with tabs.add_tab("Numbers"):
             self._numbers = server.gui.add_html(note("no machine yet"))
             self._picking = PickView(server)
-            self._map = MachineMap(server, requests, measurements)
+            self._map = MachineMap(requests, measurements)
         self._curves_tab = tabs.add_tab("Curves")
         with self._curves_tab:
-            self._faults = FaultCurves(server, requests)
+            self._faults = FaultCurves(requests)
 
-    def show_machine(self, facts: MachineFacts) -> None:
+    def step(self) -> None:
+        """Follow the facts of the machine: a page that is opened begins with them."""
+        facts = self._machine.facts
+        if facts is not None and facts is not self._facts:
+            self._facts = facts
+            self._show_machine(facts)
+
+    def _show_machine(self, facts: MachineFacts) -> None:
         """Put a machine into the scene, if another one or none is there."""
         self._map.show_machine(facts)
         limits = CurveLimits(*facts.travel, facts.limits.velocity, facts.limits.acceleration)
         with self._curves_tab:
             if self._curves is None:
-                self._curves = Curves(self._server.gui, limits)
+                self._curves = Curves(self._requests.server.gui, limits)
             else:
                 self._curves.set_limits(limits)
         if self._drawn is not None and self._drawn.is_same_machine(facts):
@@ -286,22 +298,19 @@ class LiveView:
         if self._scene is not None and self._handle is not None:
             self._scene.remove()
             self._handle.remove()
-        camera = self._server.initial_camera
+        camera = self._requests.server.initial_camera
         camera.position, camera.look_at = map(np.array, view_of(facts))
-        self._scene = Scene(self._server.scene, facts)
+        self._scene = Scene(self._requests.server.scene, facts)
+        self._lines = {}
         size = HANDLE_SIZE * max(facts.machine.geometry.arm_lengths)
-        self._handle = GoToHandle(self._server, self._requests, size, self._move_to)
+        self._handle = GoToHandle(self._requests, size, self._move_to)
         self._shaping = edge_rings(facts.workspace)
 
-    def show_lines(self, name: str, points: FloatArray) -> None:
-        """Show the path as ``programmed`` or ``driven``. Shape (n, 3) [m]."""
-        if self._scene is not None:
-            self._scene.show_lines(name, points)
-
-    def draw(self, facts: MachineFacts, feeds: Feeds) -> None:
-        """Show where everything is by now."""
+    def draw(self) -> None:
+        """Show where everything is by now, if a machine is known."""
+        facts, feeds = self._machine.facts, self._machine.feeds
         scene, handle = self._scene, self._handle
-        if scene is None or handle is None:
+        if facts is None or scene is None or handle is None:
             return
         setpoint = feeds.motion.commanded
         measured = pose_of(feeds.motion.measured, facts)
@@ -309,10 +318,14 @@ class LiveView:
         machines = ((scene.measured, measured), (scene.commanded, commanded))
         # viser looks for what there is to be sent at the end of each block.
         if any(drawn.differs(pose) for drawn, pose in machines):
-            with self._server.atomic():
+            with self._requests.server.atomic():
                 for drawn, pose in machines:
                     drawn.show(pose)
         scene.show_target(feeds.target)
+        for name, points in feeds.lines.items():
+            if points is not self._lines.get(name):
+                self._lines[name] = points
+                scene.show_lines(name, points)
         self._picking.draw(feeds.picking)
         is_idle = feeds.status.state is IDLE
         handle.follow(commanded.position if is_idle and commanded else feeds.target)
@@ -336,7 +349,7 @@ class LiveView:
         # In silence they go on, too.
         if now - self._curves_at > LARGEST_LAG:
             self._curves_at = now
-        if self._is_due("faults", FAULTS_PERIOD):
+        if self._faults_pace.is_due():
             self._faults.look()
         self._faults.draw(self._curves, facts)
         if self._shows("Curves"):
@@ -346,15 +359,15 @@ class LiveView:
         if not self._trace or math.dist(self._trace[-1], position) > TRACE_STEP:
             self._trace.append(position)
             self._is_traced = False
-        if not self._is_traced and self._is_due("trace", TRACE_PERIOD):
+        if not self._is_traced and self._trace_pace.is_due():
             self._is_traced = True
             scene.show_lines("trace", np.array(self._trace))
 
     def _draw_numbers(self, facts: MachineFacts, pose: Pose, feeds: Feeds) -> None:
-        if self._shows("Numbers") and self._is_due("numbers", NUMBERS_PERIOD):
+        if self._shows("Numbers") and self._numbers_pace.is_due():
             setpoint = feeds.motion.commanded
             velocities = setpoint.velocities if setpoint is not None else None
-            if self._is_due("edge", EDGE_PERIOD):
+            if self._edge_pace.is_due():
                 self._edge = edge_row(facts, pose.position)
             self._numbers.content = numbers_table(facts, pose, self._edge, velocities, feeds.late)
 
@@ -367,21 +380,3 @@ class LiveView:
             except StopIteration as found:
                 self._shaping = None
                 scene.show_workspace(found.value)
-
-    def _is_due(self, name: str, period: float) -> bool:
-        now = time.monotonic()
-        if now < self._due[name]:
-            return False
-        self._due[name] = now + period
-        return True
-
-
-@lru_cache(maxsize=4)
-def pose_of(heights: Vector3 | None, facts: MachineFacts) -> Pose | None:
-    """Return where a machine is by its true heights [m]; None if that is not known."""
-    if heights is None:
-        return None
-    try:
-        return Pose(heights, facts.machine.forward(heights))
-    except KinematicsError:
-        return None

@@ -8,18 +8,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import viser
 from numpy.typing import NDArray
 
 from tri_glide_kinematics.calibration import Calibration, load_measurements
 from tri_glide_kinematics.calibration.session import solved
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.panel.inputs import OperatorsInput, OperatorsNumber
 from tri_glide_kinematics.panel.link import MachineFacts
-from tri_glide_kinematics.panel.operator_requests import (
-    OperatorRequests,
-    OperatorsInput,
-    OperatorsNumber,
-)
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.program_reading import Mark, mark_of
 from tri_glide_kinematics.panel.words import legend, note
 from tri_glide_kinematics.sizing import Maps, level_corners, maps
@@ -161,15 +157,13 @@ def span_of(values: FloatArray) -> tuple[float, float]:
 class MachineMap:
     """A map of the machine in the scene, and the fields with which it is chosen."""
 
-    def __init__(
-        self, server: viser.ViserServer, requests: OperatorRequests, measurements: Path | None
-    ) -> None:
-        """Add the fields to the open container of the ``server``'s panel.
+    def __init__(self, requests: OperatorRequests, measurements: Path | None) -> None:
+        """Add the fields to the open container of the page.
 
         ``measurements`` are those of a calibration whose uncertainty can be shown.
         """
-        gui = server.gui
-        self._scene = server.scene
+        gui = requests.gui
+        self._scene = requests.server.scene
         self._facts: MachineFacts | None = None
         self._level: Level | None = None
         self._is_due = False
@@ -185,7 +179,7 @@ class MachineMap:
             drive = gui.add_folder("Each drive")
             with drive:
                 self._drive = [
-                    OperatorsNumber(requests, gui, label, number, least=0.0, on_change=self._change)
+                    OperatorsNumber(requests, label, number, least=0.0, on_change=self._change)
                     for label, number in USUAL_DRIVE.items()
                 ]
             self._legend = gui.add_html("")

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from html import escape
-from time import monotonic
 from typing import Any
 
 import viser
@@ -17,15 +16,18 @@ import viser
 from tri_glide_kinematics.control import IDLE, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import load_text
-from tri_glide_kinematics.panel.link import Feeds, MachineFacts
-from tri_glide_kinematics.panel.operator_requests import (
-    Event,
-    OperatorRequests,
+from tri_glide_kinematics.panel.inputs import (
     OperatorsInput,
     OperatorsNumber,
+    add_button,
+    add_buttons,
 )
+from tri_glide_kinematics.panel.link import MachineFacts
+from tri_glide_kinematics.panel.machine import ShownMachine
+from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests
 from tri_glide_kinematics.panel.program_reading import mark_of
-from tri_glide_kinematics.panel.tabs.program_tab import ProgramTab
+from tri_glide_kinematics.panel.programs import ChosenProgram
+from tri_glide_kinematics.panel.tabs.runs import OutputKey, Runs
 from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.panel.words import note, position_text, table
 from tri_glide_kinematics.programs import (
@@ -36,7 +38,6 @@ from tri_glide_kinematics.programs import (
     Program,
     ProgramRun,
     ProgramSettings,
-    RunState,
     buttons_file,
     check_program,
     load_buttons,
@@ -67,234 +68,73 @@ FIELD = (
 )
 
 
-class ManualControls:
-    """Lines that are typed, own buttons, work zero, and outputs, in folders of their own."""
+class LineDriver:
+    """Proves a line of G-code, or the short program of a button, and then drives it.
+
+    Stop, and all else of the page, goes on while it is proved.
+    """
 
     def __init__(
-        self,
-        gui: viser.GuiApi,
-        requests: OperatorRequests,
-        feeds: Feeds,
-        programs: ProgramTab,
-        place: Callable[[], Vector3 | None],
+        self, requests: OperatorRequests, machine: ShownMachine, runs: Runs, chosen: ChosenProgram
     ) -> None:
-        """Add all to the open container of ``gui``.
-
-        Args:
-            gui: of the page.
-            requests: of the operator.
-            feeds: what the machine tells.
-            programs: whose settings hold here, too, and beside whose run no line runs.
-            place: returns where the platform is, as the strip shows it [m].
-        """
-        self._gui, self._requests, self._feeds = gui, requests, feeds
-        self._programs, self._place = programs, place
-        self._facts: MachineFacts | None = None
-        # Work offsets in force, and the marks of the files that say so.
-        self._zeros: dict[str, Vector3] = {}
-        self._marks: object = None
-        # The newest line comes first.
-        self._lines: deque[str] = deque(maxlen=MOST_LINES)
-        # A line or a button is proved from a place [m] on, and then driven.
+        """Drive a ``machine`` by ``runs``; what a line does not say is as for the ``chosen``."""
+        self._requests, self._machine, self._runs, self._chosen = requests, machine, runs, chosen
+        # Proved from a place [m] on.
         self._what = ""
         self._from: Vector3 | None = None
         self._proof: Future[Program] | None = None
         self._run: ProgramRun | None = None
-        # Stop, and all else of the page, goes on while a line is proved.
         self._prover = ThreadPoolExecutor(1)
-        self._boxes: dict[tuple[str, int], Any] = {}
-        # Programs of own buttons by their names, and what is seen of them.
-        self._buttons_file = buttons_file(programs.files[1])
-        self._buttons: dict[str, tuple[str, Any]] = {}
-        programs.is_taken = lambda: self._is_busy
-        go_on = requests.link.on_resume
-        # A line that waits goes on, or else a program.
-        requests.link.on_resume = lambda: (self._run is not None and self._run.go_on()) or go_on()
-        # Above what changes its height: a button must not move under the finger.
-        is_used = self._buttons_file.exists()
-        self._own = gui.add_folder("Own buttons", expand_by_default=is_used)
-        with self._own:
-            self._own_name = OperatorsInput(requests, gui.add_text("Button", ""))
-            change = gui.add_button_group("Own", ("newest line", "chosen file", "remove"))
-            change.on_click(requests.on(self._change_buttons))
-        with gui.add_folder("Line"):
-            self._typed: Any = gui.add_text("line", "", visible=False)
-            self._typed.on_update(self._take_line)
-            gui.add_html(FIELD.format(uuid_of(self._typed)))
-            self._history, self._told = gui.add_html(""), gui.add_html("")
-        with gui.add_folder("Work zero", expand_by_default=False):
-            self._name = OperatorsInput(requests, gui.add_dropdown("Offset", WORK_OFFSETS))
-            self._value = OperatorsNumber(requests, gui, "This place is [mm]", 0.0)
-            buttons = gui.add_button_group("Set", (*AXES, "clear"))
-            buttons.on_click(requests.on(self._set_zero))
-            self._zero_text = gui.add_html("")
-        self._folder = gui.add_folder("Outputs", expand_by_default=False)
-        with self._folder:
-            self._speed = OperatorsNumber(requests, gui, "M3, or M4 if < 0 [1/min]", 1000.0)
-            self._values = gui.add_html("")
-        for key in USUAL:
-            self._add_switch(key)
+        requests.on_stop.append(self._drop_proof)
 
-    def step(self, facts: MachineFacts | None) -> None:
-        """Go on; ``facts`` are those of the machine that is there."""
-        self._facts = facts
-        try:
-            self._look_at_files()
-            if self._proof is not None and self._proof.done():
-                proof, self._proof = self._proof, None
-                program = proof.result()
-                self._check_ready()
-                self._run = ProgramRun(self._programs.link, program)
-        except KinematicsError as error:
-            self._requests.refuse(f"{error}")
-        if self._run is not None and self._is_busy:
-            self._run.look(monotonic())
-            failed = [each.text for each in self._run.reports if each.text and not each.is_good]
-            if not self._is_busy and failed:
-                self._requests.refuse(f"{self._what}: {failed[0]}")
-
-    def stop(self) -> None:
-        """End the line, if there is one: the machine was told to stop."""
-        self._proof = None
-        if self._run is not None:
-            self._run.stop()
-
-    def may_end(self) -> bool:
-        """End the line, if there is one, and return whether its platform rests, outputs off."""
-        self.stop()
-        return self._run is None or self._run.is_delivered(monotonic())
-
-    def show(self) -> None:
-        """Show on the pages what there is."""
-        run, words = self._run, "is proved" if self._proof is not None else ""
-        if run is not None:
-            words = "done" if run.is_whole else run.doing or run.state.value
-        told = self._feeds.outputs
-        lines = escape(json.dumps(list(self._lines)))
-        zero = position_text(self._zeros.get(self._name.value, (0.0, 0.0, 0.0)))
-        for html, content in (
-            (self._history, f'<span hidden data-lines="{lines}"></span>'),
-            (self._told, note(f"{self._what}: {words}") if words else ""),
-            (self._zero_text, note(f"its zero: {zero}")),
-            (self._values, table((_name(key), f"{told[key][1]:g}") for key in told)),
-        ):
-            if html.content != content:
-                html.content = content
-        for key in tuple(told)[:MOST_OUTPUTS]:
-            if key not in self._boxes:
-                self._add_switch(key)
-        for key, box in self._boxes.items():
-            is_on = bool(told.get(key, (0, 0.0))[1])
-            if box.value != is_on:
-                box.value = is_on
-
-    @property
-    def work_text(self) -> str:
-        """Where the platform is from the work zero, for the strip; empty if that is the same."""
-        place, name = self._place(), self._name.value
-        zero = self._zeros.get(name)
-        if place is None or zero is None or not any(zero):
-            return ""
-        return f"\n{name}: {position_text(minus(place, zero))}"
-
-    # Work zero
-
-    def _look_at_files(self) -> None:
-        marks = tuple(map(mark_of, (*self._programs.files, self._buttons_file)))
-        if marks != self._marks:
-            self._marks, self._zeros = marks, {}
-            self._zeros = dict(self._programs.chosen.settings().offsets)
-            self._show_buttons(load_buttons(self._buttons_file))
-
-    def _set_zero(self, what: str) -> None:
-        """Set some axes of the chosen work zero by the present place, or take it away."""
-        _, file = self._programs.files
-        zeros, name, place = load_zeros(file), self._name.value, self._place()
-        if what == "clear":
-            zeros.pop(name, None)
-        elif place is None or self._feeds.status.message.speed > SAME_PLACE:
-            raise KinematicsError("nothing set: the platform moves, or its place is not known")
-        else:
-            value = 0.001 * self._value.value
-            zeros[name] = touched_off(self._zeros.get(name), place, AXES[what], value)
-        try:
-            write_zeros(file, zeros)
-        except OSError as error:
-            raise KinematicsError(f"nothing set: {file}: {error.strerror or error}") from error
-
-    # A line, and buttons
-
-    @property
-    def _is_busy(self) -> bool:
-        """Whether a line is proved or driven."""
-        is_running = self._run is not None and self._run.state is not RunState.ENDED
-        return is_running or self._proof is not None
-
-    async def _take_line(self, event: Event) -> None:
-        text = event.target.value.strip()
-        if event.client_id is not None and text:
-            # The same line may be sent again.
-            self._typed.value = ""
-            if self._requests.may(event.client_id):
-                self._requests.wish(lambda: self._prove(text))
-
-    def _prove(self, text: str, name: str = "") -> None:
-        """Begin to read and prove a line, or a button by its name; it is driven when that is done.
+    def drive(self, text: str, name: str = "") -> None:
+        """Begin to read and prove a ``text``; it is driven, as ``name``, when that is done.
 
         Raises:
             KinematicsError: if it cannot be driven now.
         """
-        if self._is_busy:
+        if self._proof is not None or self._runs.drives(self._run):
             raise KinematicsError("nothing driven: another line is not done yet")
-        if not name:
-            if text in self._lines:
-                self._lines.remove(text)
-            self._lines.appendleft(text)
         self._what = name or text
-        self._run, self._from = None, self._place()
+        self._run, self._from = None, self._machine.place
         self._check_ready()
-        assert self._facts is not None and self._from is not None
-        settings = self._programs.chosen.settings()
+        assert self._machine.facts is not None and self._from is not None
+        settings, facts = self._chosen.settings(), self._machine.facts
         self._proof = self._prover.submit(
-            _proved, text, name or "typed", settings, self._from, self._facts
+            _proved, text, name or "typed", settings, self._from, facts
         )
+        self._runs.is_reserved = True
 
-    def _change_buttons(self, what: str) -> None:
-        """Make a button with the name in the field, or remove it."""
-        name, buttons = self._own_name.value.strip(), load_buttons(self._buttons_file)
-        if what == "remove":
-            if buttons.pop(name, None) is None:
-                raise KinematicsError(f"nothing removed: no button has the name {name!a}")
-        elif not name.isprintable() or not 0 < len(name) <= LONGEST_NAME:
-            reason = f"a name has 1 to {LONGEST_NAME} characters that can be printed"
-            has = f"{len(name)}: {name[:LONGEST_NAME]!a}"
-            raise KinematicsError(f"nothing made: {reason}, not {has}")
-        elif name in buttons or len(buttons) == MOST_BUTTONS:
-            reason = f"there is a button {name}" if name in buttons else f"there are {MOST_BUTTONS}"
-            raise KinematicsError(f"nothing made: {reason} already; remove one first")
-        elif what == "chosen file":
-            buttons[name] = load_text(self._programs.chosen.path, KeptError, LONGEST_TEXT)
-        elif self._lines:
-            buttons[name] = self._lines[0]
-        else:
-            raise KinematicsError("nothing made: type a line first")
-        with KeptError.of_writing(self._buttons_file):
-            write_buttons(self._buttons_file, buttons)
+    def step(self) -> None:
+        """Drive what is proved.
 
-    def _show_buttons(self, programs: dict[str, str]) -> None:
-        """Show a button for each of the ``programs``, by their names."""
-        for name, (text, button) in tuple(self._buttons.items()):
-            if programs.get(name) != text:
-                button.remove()
-                del self._buttons[name]
-        for name in (each for each in programs if each not in self._buttons):
-            with self._own:
-                button = self._gui.add_button(name)
-            button.on_click(self._requests.on(partial(self._press, name, programs[name])))
-            self._buttons[name] = programs[name], button
+        Raises:
+            KinematicsError: if it cannot be driven.
+        """
+        if self._proof is not None and self._proof.done():
+            proof = self._proof
+            self._drop_proof()
+            program = proof.result()
+            self._check_ready()
+            self._run = ProgramRun(self._runs.link, program)
+            self._runs.begin(self._run, self._tell_failure)
 
-    def _press(self, name: str, text: str, _: object) -> None:
-        self._prove(text, name)
+    @property
+    def words(self) -> str:
+        """What is done with the newest line, in words; empty before the first."""
+        words = "is proved" if self._proof is not None else ""
+        if (run := self._run) is not None:
+            words = "done" if run.is_whole else run.doing or run.state.value
+        return f"{self._what}: {words}" if words else ""
+
+    def _drop_proof(self) -> None:
+        self._proof, self._runs.is_reserved = None, False
+
+    def _tell_failure(self) -> None:
+        reports = self._run.reports if self._run is not None else ()
+        failed = [each.text for each in reports if each.text and not each.is_good]
+        if failed:
+            self._requests.refuse(f"{self._what}: {failed[0]}")
 
     def _check_ready(self) -> None:
         """Check that the line that is proved can be driven now.
@@ -302,8 +142,8 @@ class ManualControls:
         Raises:
             KinematicsError: if not; it says why.
         """
-        place, status, reason = self._place(), self._feeds.status, ""
-        if self._programs.is_running:
+        place, status, reason = self._machine.place, self._machine.feeds.status, ""
+        if self._runs.is_running:
             reason = "a program runs"
         elif place is None or self._from is None:
             reason = "the place of the platform is not known"
@@ -314,11 +154,232 @@ class ManualControls:
         if reason:
             raise KinematicsError(f"nothing driven: {reason}")
 
-    # Outputs
 
-    def _add_switch(self, key: tuple[str, int]) -> None:
+class TypedLines:
+    """The field for a line of G-code, with those that were typed before.
+
+    Attributes:
+        lines: the newest one first.
+    """
+
+    def __init__(self, requests: OperatorRequests, driver: LineDriver) -> None:
+        """Add it to the open container of the page."""
+        gui = requests.gui
+        self._requests, self._driver = requests, driver
+        self.lines: deque[str] = deque(maxlen=MOST_LINES)
+        self._typed: Any = gui.add_text("line", "", visible=False)
+        self._typed.on_update(self._take)
+        gui.add_html(FIELD.format(uuid_of(self._typed)))
+        self._history, self._told = gui.add_html(""), gui.add_html("")
+
+    def show(self) -> None:
+        """Show what was typed, and what is done with it."""
+        lines = escape(json.dumps(list(self.lines)))
+        words = self._driver.words
+        _put(self._history, f'<span hidden data-lines="{lines}"></span>')
+        _put(self._told, note(words) if words else "")
+
+    async def _take(self, event: Event) -> None:
+        text = event.target.value.strip()
+        if event.client_id is not None and text:
+            # The same line may be sent again.
+            self._typed.value = ""
+            if self._requests.may(event.client_id):
+                self._requests.wish(lambda: self._drive(text))
+
+    def _drive(self, text: str) -> None:
+        if text in self.lines:
+            self.lines.remove(text)
+        self.lines.appendleft(text)
+        self._driver.drive(text)
+
+
+class OwnButtons:
+    """Buttons that the operator has made: each drives a short program."""
+
+    def __init__(
+        self,
+        requests: OperatorRequests,
+        driver: LineDriver,
+        chosen: ChosenProgram,
+        newest_line: Callable[[], str],
+    ) -> None:
+        """Add them to the open container of the page.
+
+        A button is made of the ``chosen`` program, or of the ``newest_line``; empty for none.
+        """
+        gui = requests.gui
+        self._requests, self._driver = requests, driver
+        self._chosen, self._newest_line = chosen, newest_line
+        self._file = buttons_file(chosen.files[1])
+        self._mark: object = None
+        # Programs by the names of their buttons, and what is seen of them.
+        self._buttons: dict[str, tuple[str, viser.GuiButtonHandle]] = {}
+        # Above what changes its height: a button must not move under the finger.
+        self._folder = gui.add_folder("Own buttons", expand_by_default=self._file.exists())
         with self._folder:
-            box = self._boxes[key] = self._gui.add_checkbox(_name(key), initial_value=False)
+            self._name = OperatorsInput(requests, gui.add_text("Button", ""))
+            actions = {
+                "newest line": lambda: self._make(self._line_text),
+                "chosen file": lambda: self._make(self._file_text),
+                "remove": self._remove,
+            }
+            add_buttons(requests, "Own", actions)
+
+    def step(self) -> None:
+        """Show those of the file, if they have changed.
+
+        Raises:
+            KinematicsError: if it has no meaning.
+        """
+        mark = mark_of(self._file)
+        if mark == self._mark:
+            return
+        self._mark, programs = mark, load_buttons(self._file)
+        for name, (text, button) in tuple(self._buttons.items()):
+            if programs.get(name) != text:
+                button.remove()
+                del self._buttons[name]
+        for name, text in programs.items():
+            if name not in self._buttons:
+                drive = partial(self._driver.drive, text, name)
+                with self._folder:
+                    button = add_button(self._requests, name, drive)
+                self._buttons[name] = text, button
+
+    def _remove(self) -> None:
+        name, programs = self._name.value.strip(), load_buttons(self._file)
+        if programs.pop(name, None) is None:
+            raise KinematicsError(f"nothing removed: no button has the name {name!a}")
+        self._write(programs)
+
+    def _make(self, text_of: Callable[[], str]) -> None:
+        """Make a button with the name in the field."""
+        name, programs = self._name.value.strip(), load_buttons(self._file)
+        if not name.isprintable() or not 0 < len(name) <= LONGEST_NAME:
+            reason = f"a name has 1 to {LONGEST_NAME} characters that can be printed"
+            has = f"{len(name)}: {name[:LONGEST_NAME]!a}"
+            raise KinematicsError(f"nothing made: {reason}, not {has}")
+        if name in programs or len(programs) == MOST_BUTTONS:
+            there = f"is a button {name}" if name in programs else f"are {MOST_BUTTONS}"
+            raise KinematicsError(f"nothing made: there {there} already; remove one first")
+        self._write({**programs, name: text_of()})
+
+    def _file_text(self) -> str:
+        return load_text(self._chosen.path, KeptError, LONGEST_TEXT)
+
+    def _line_text(self) -> str:
+        line = self._newest_line()
+        if not line:
+            raise KinematicsError("nothing made: type a line first")
+        return line
+
+    def _write(self, programs: dict[str, str]) -> None:
+        with KeptError.of_writing(self._file):
+            write_buttons(self._file, programs)
+
+
+class WorkZero:
+    """The work offsets, which the operator sets by the present place."""
+
+    def __init__(
+        self,
+        requests: OperatorRequests,
+        machine: ShownMachine,
+        chosen: ChosenProgram,
+    ) -> None:
+        """Add fields to the open container of the page; the offsets are those of the ``chosen``."""
+        gui = requests.gui
+        self._machine, self._chosen = machine, chosen
+        # Those in force, and the marks of the files that say so.
+        self._zeros: dict[str, Vector3] = {}
+        self._marks: object = None
+        self._name = OperatorsInput(requests, gui.add_dropdown("Offset", WORK_OFFSETS))
+        self._value = OperatorsNumber(requests, "This place is [mm]", 0.0)
+        actions: dict[str, Callable[[], None]] = {
+            name: partial(self._set, axes) for name, axes in AXES.items()
+        }
+        add_buttons(requests, "Set", {**actions, "clear": self._clear})
+        self._text = gui.add_html("")
+
+    def step(self) -> None:
+        """Take over what the files say, if they have changed.
+
+        Raises:
+            KinematicsError: if they have no meaning.
+        """
+        marks = tuple(map(mark_of, self._chosen.files))
+        if marks != self._marks:
+            self._marks, self._zeros = marks, {}
+            self._zeros = dict(self._chosen.settings().offsets)
+
+    def show(self) -> None:
+        """Show the chosen offset."""
+        zero = position_text(self._zeros.get(self._name.value, (0.0, 0.0, 0.0)))
+        _put(self._text, note(f"its zero: {zero}"))
+
+    @property
+    def text(self) -> str:
+        """Where the platform is from the work zero, for the strip; empty if that is the same."""
+        place, name = self._machine.place, self._name.value
+        zero = self._zeros.get(name)
+        if place is None or zero is None or not any(zero):
+            return ""
+        return f"\n{name}: {position_text(minus(place, zero))}"
+
+    def _set(self, axes: tuple[int, ...]) -> None:
+        """Set some axes of the chosen offset by the present place."""
+        place, name = self._machine.place, self._name.value
+        if place is None or self._machine.feeds.status.message.speed > SAME_PLACE:
+            raise KinematicsError("nothing set: the platform moves, or its place is not known")
+        value = 0.001 * self._value.value
+        self._write({name: touched_off(self._zeros.get(name), place, axes, value)})
+
+    def _clear(self) -> None:
+        """Go back to the offset of the settings."""
+        self._write({}, without=self._name.value)
+
+    def _write(self, changes: dict[str, Vector3], without: str = "") -> None:
+        _, file = self._chosen.files
+        zeros = {**load_zeros(file), **changes}
+        zeros.pop(without, None)
+        try:
+            write_zeros(file, zeros)
+        except OSError as error:
+            raise KinematicsError(f"nothing set: {file}: {error.strerror or error}") from error
+
+
+class Outputs:
+    """The outputs with their newest values, and a switch for each."""
+
+    def __init__(self, requests: OperatorRequests, machine: ShownMachine, runs: Runs) -> None:
+        """Add them to the open container of the page; they are switched by the link of ``runs``."""
+        gui = requests.gui
+        self._requests, self._machine, self._runs = requests, machine, runs
+        self._boxes: dict[OutputKey, Any] = {}
+        self._folder = gui.add_folder("Outputs", expand_by_default=False)
+        with self._folder:
+            self._speed = OperatorsNumber(requests, "M3, or M4 if < 0 [1/min]", 1000.0)
+            self._values = gui.add_html("")
+        for key in USUAL:
+            self._add_switch(key)
+
+    def show(self) -> None:
+        """Show what was told last of each."""
+        told = self._machine.feeds.outputs
+        _put(self._values, table((_name(key), f"{told[key][1]:g}") for key in told))
+        for key in tuple(told)[:MOST_OUTPUTS]:
+            if key not in self._boxes:
+                self._add_switch(key)
+        for key, box in self._boxes.items():
+            is_on = bool(told.get(key, (0, 0.0))[1])
+            if box.value != is_on:
+                box.value = is_on
+
+    def _add_switch(self, key: OutputKey) -> None:
+        with self._folder:
+            box = self._requests.gui.add_checkbox(_name(key), initial_value=False)
+        self._boxes[key] = box
 
         async def switch(event: Event) -> None:
             if event.client_id is None:
@@ -331,15 +392,66 @@ class ManualControls:
 
         box.on_update(switch)
 
-    def _switch(self, key: tuple[str, int], on: bool) -> None:
+    def _switch(self, key: OutputKey, on: bool) -> None:
         """Switch an output as a program does: off at any time, on only if the machine may move."""
-        status, name = self._feeds.status, _name(key)
-        if self._programs.has_output(key):
+        status, name = self._machine.feeds.status, _name(key)
+        if self._runs.owns(key):
             raise KinematicsError(f"{name} not switched: the program that runs does so")
-        if on and (self._facts is None or status.state in NOT_READY):
+        if on and (self._machine.facts is None or status.state in NOT_READY):
             raise KinematicsError(f"{name} not switched on: the machine is {status.word or 'gone'}")
         full = self._speed.value if key == SPINDLE else 255.0 if key[0] == "fan" else 1.0
-        self._programs.link.put_out(Output(*key, full if on else 0.0, 0, 0))
+        self._runs.link.put_out(Output(*key, full if on else 0.0, 0, 0))
+
+
+class ManualControls:
+    """Lines that are typed, own buttons, work zero, and outputs, in folders of their own."""
+
+    def __init__(
+        self,
+        requests: OperatorRequests,
+        machine: ShownMachine,
+        runs: Runs,
+        chosen: ChosenProgram,
+    ) -> None:
+        """Add all to the open container of the page.
+
+        Args:
+            requests: of the operator.
+            machine: that is driven.
+            runs: by which lines run.
+            chosen: program, whose settings hold here, too.
+        """
+        gui = requests.gui
+        self._requests = requests
+        self._driver = LineDriver(requests, machine, runs, chosen)
+        self._own = OwnButtons(requests, self._driver, chosen, self._newest_line)
+        with gui.add_folder("Line"):
+            self._typed = TypedLines(requests, self._driver)
+        with gui.add_folder("Work zero", expand_by_default=False):
+            self.work_zero = WorkZero(requests, machine, chosen)
+        self._outputs = Outputs(requests, machine, runs)
+
+    def step(self) -> None:
+        """Go on with what is done by hand."""
+        for part in (self._driver, self._own, self.work_zero):
+            try:
+                part.step()
+            except KinematicsError as error:
+                self._requests.refuse(str(error))
+
+    def show(self) -> None:
+        """Show on the pages what there is."""
+        for part in (self._typed, self.work_zero, self._outputs):
+            part.show()
+
+    def _newest_line(self) -> str:
+        return self._typed.lines[0] if self._typed.lines else ""
+
+
+def _put(html: viser.GuiHtmlHandle, content: str) -> None:
+    """Show a ``content``, which is sent only if it is another one."""
+    if html.content != content:
+        html.content = content
 
 
 def _proved(
@@ -350,6 +462,6 @@ def _proved(
     return program
 
 
-def _name(key: tuple[str, int]) -> str:
+def _name(key: OutputKey) -> str:
     name = ascii(key[0][:20])[1:-1]
     return name if key in USUAL else f"{name} {key[1]}"

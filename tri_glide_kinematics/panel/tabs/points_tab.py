@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import re
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import viser
 import yaml
@@ -15,12 +16,15 @@ import yaml
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import load_yaml
-from tri_glide_kinematics.panel.operator_requests import (
-    OperatorRequests,
+from tri_glide_kinematics.panel.inputs import (
     OperatorsInput,
     OperatorsNumber,
     SpeedFields,
+    add_button,
+    add_buttons,
 )
+from tri_glide_kinematics.panel.machine import ShownMachine
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.words import note, table
 from tri_glide_kinematics.programs import DriveFileError, PathStep, load_drive
 from tri_glide_kinematics.vectors import Vector3, three
@@ -126,9 +130,6 @@ LONGEST_NAME = 30
 NO_FILE = "choose a file"
 SUFFIX = ".yaml"
 
-Follow = Callable[[list[Vector3], float, float], None]
-GoTo = Callable[[Vector3, float], None]
-
 
 class PointsTab:
     """Points that can be named, edited, gone to, driven as a path, saved, and loaded again.
@@ -139,59 +140,49 @@ class PointsTab:
 
     def __init__(
         self,
-        gui: viser.GuiApi,
         requests: OperatorRequests,
+        machine: ShownMachine,
         file: Path,
-        present: Callable[[], Vector3 | None],
-        follow: Follow,
-        go_to: GoTo,
     ) -> None:
-        """Add all to the open container of ``gui``.
+        """Add all to the open container of the page.
 
-        The points are saved to a ``file``, or others beside it, and loaded from there; ``present``
-        returns where the platform is [m]; ``follow`` drives through points [m], within a tolerance
-        [m], at a speed [m/s]; ``go_to`` goes to one of them.
+        The points of a ``machine`` are saved to a ``file``, or others beside it, and loaded from
+        there.
         """
+        gui = requests.gui
         self.points: tuple[Point, ...] = ()
         self._back: deque[tuple[Point, ...]] = deque(maxlen=STEPS_BACK)
         self._requests = requests
         self._given = file
         self._folder = file.parent
-        self._present = present
-        self._follow = follow
-        self._go_to = go_to
-
-        def button(label: str, do: Callable[[], None], **look: Any) -> viser.GuiButtonHandle:
-            made = gui.add_button(label, **look)
-            made.on_click(requests.on(lambda _: do()))
-            return made
-
+        self._machine = machine
+        button = partial(add_button, requests)
+        buttons = partial(add_buttons, requests)
         button("Teach this position", self._teach, icon=viser.Icon.MAP_PIN_PLUS)
         self._table = gui.add_html("")
-        edit = gui.add_button_group("Points", ("undo", "clear"))
-        edit.on_click(requests.on(lambda what: self._undo() if what == "undo" else self._ask()))
+        buttons("Points", {"undo": self._undo, "clear": self._ask})
         self._clear = button("Clear all points", self._clear_all, color="red", visible=False)
         self._keep = button("Keep them", self._keep_all, visible=False)
         with gui.add_folder("Point"):
             self._choice = OperatorsNumber(
-                *(requests, gui, "Number", 1),
+                requests,
+                "Number",
+                1,
                 least=1,
                 is_whole=True,
                 on_change=lambda _: self._show_chosen(),
             )
             self._name = OperatorsInput(requests, gui.add_text("Name", ""))
-            self._place = [OperatorsNumber(requests, gui, f"{axis} [mm]", 0.0) for axis in "xyz"]
+            self._place = [OperatorsNumber(requests, f"{axis} [mm]", 0.0) for axis in "xyz"]
             actions = {"go to": self._go, "change": self._change, "remove": self._remove}
-            one = gui.add_button_group("This one", tuple(actions))
-            one.on_click(requests.on(lambda what: actions[what]()))
-        self._tolerance = OperatorsNumber(requests, gui, "Corners [mm]", USUAL_TOLERANCE, least=0.0)
-        self._speed = SpeedFields(requests, gui, "Speed [mm/s]")
+            buttons("This one", actions)
+        self._tolerance = OperatorsNumber(requests, "Corners [mm]", USUAL_TOLERANCE, least=0.0)
+        self._speed = SpeedFields(requests, "Speed [mm/s]")
         button("Drive through them", self._drive, color="blue", icon=viser.Icon.ROUTE)
         self._file = OperatorsInput(requests, gui.add_text("File name", file.stem))
         self._saved = gui.add_dropdown("Files", [NO_FILE])
         self._saved_choice = OperatorsInput(requests, self._saved, self._choose_file)
-        files = gui.add_button_group("File", ("save", "load"))
-        files.on_click(requests.on(lambda value: self._save() if value == "save" else self._load()))
+        buttons("File", {"save": self._save, "load": self._load})
         self._note = gui.add_html("")
         self._show()
         self._list_files()
@@ -204,7 +195,7 @@ class PointsTab:
         self._show()
 
     def _teach(self) -> None:
-        position = self._present()
+        position = self._machine.measured_position
         if position is None:
             self._requests.refuse("nothing taught: the position of the platform is not known")
             return
@@ -253,7 +244,7 @@ class PointsTab:
 
     def _go(self) -> None:
         if (index := self._index) is not None:
-            self._go_to(self.points[index].position, self._bounds()[1])
+            self._machine.move_to(self.points[index].position, self._bounds()[1])
 
     def _change(self) -> None:
         """Give the chosen point the name and the place in the fields."""
@@ -280,7 +271,7 @@ class PointsTab:
         if not self.points:
             self._requests.refuse("nothing to drive through: there are no points yet")
             return
-        self._follow([point.position for point in self.points], *self._bounds())
+        self._machine.follow([point.position for point in self.points], *self._bounds())
 
     def _path(self) -> Path | None:
         """Return the chosen file, None if its name cannot be one."""

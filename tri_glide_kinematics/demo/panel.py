@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import signal
 import sys
 import tempfile
 import time
@@ -12,20 +11,10 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.demo.running import PATIENCE, parameter_arguments, run_command, say
 from tri_glide_kinematics.files import state_folder
-from tri_glide_kinematics.ros.starting import (
-    COMPUTER,
-    NodeProcesses,
-    Process,
-    choose_transport,
-    default_parameter_file,
-    ending,
-    raise_at_signals,
-)
+from tri_glide_kinematics.ros.starting import NodeProcesses, Process, default_parameter_file, ending
 
-# A busy computer may let the simulated machine wait for longer than a real one ever falls silent.
-PATIENCE = ("-p", "measured_timeout:=2.0")
 NODES = ("simulator_node", "ik_node", "fk_node", "mechanism_node")
 PAGE = "panel_node"
 # It keeps the simulated machine away from one on this computer.
@@ -112,7 +101,7 @@ def serve(port: int, points_file: str, namespace: str, endings: list[str]) -> No
             # It is another one at the next start.
             values["progress_file"] = state_folder() / "program_progress_panel.yaml"
             values["work_zero_file"] = state_folder() / "work_zero_panel.yaml"
-        start(PAGE, [word for key in values for word in ("-p", f"{key}:={values[key]}")])
+        start(PAGE, parameter_arguments(values))
         page = nodes[-1]
         while not page.end:
             time.sleep(LOOK_PERIOD)
@@ -142,7 +131,7 @@ def start_again(nodes: list[ShownNode], wish: Path, notice: Path) -> None:
     wish.unlink()
     for node in nodes:
         if node.end:
-            print(f"panel: {node.name} is started again", flush=True)
+            say(f"{node.name} is started again", "panel")
             node.start_again()
     tell(nodes, notice)
 
@@ -167,18 +156,14 @@ def main() -> int:
         help="of all nodes; / lets other programs reach the simulated machine (default: its own)",
     )
     options = parser.parse_args()
-    raise_at_signals()
     endings: list[str] = []
-    try:
-        print(f"panel: {choose_transport(COMPUTER).text}", flush=True)
+
+    def run() -> int:
         serve(options.port, options.points, options.namespace, endings)
         return 1
-    except KeyboardInterrupt:
-        print("panel: interrupted; all nodes are stopped", flush=True)
-        return 1 if endings else 128 + signal.SIGINT
-    except (KinematicsError, OSError) as error:
-        print(f"panel: error: {error}", file=sys.stderr)
-        return 1
+
+    code = run_command("panel", run)
+    return 1 if endings else code
 
 
 if __name__ == "__main__":

@@ -1,0 +1,256 @@
+"""Inputs of the operator: only the page with the controls changes them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+import viser
+
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.panel.link import MachineFacts
+from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests, Wish
+from tri_glide_kinematics.panel.viser_parts import show_value
+
+# What a field of a number may show, and how much of another text is told [characters].
+DECIMAL = re.compile(r"[-+]?(?:[0-9]{1,9}(?:[.,][0-9]{0,9})?|[.,][0-9]{1,9})", re.ASCII)
+WHOLE = re.compile(r"[-+]?[0-9]{1,9}", re.ASCII)
+THOUSAND = re.compile(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
+LONGEST_NUMBER = 20
+# Of the fields of speeds [mm/s].
+USUAL_SPEED, SLOWEST_SPEED = 50.0, 0.01
+
+
+def add_button(
+    requests: OperatorRequests,
+    label: str,
+    do: Wish,
+    **look: Any,
+) -> viser.GuiButtonHandle:
+    """Add a button to the open container of the page, by which the node does something."""
+    button = requests.gui.add_button(label, **look)
+    button.on_click(requests.on(lambda _: do()))
+    return button
+
+
+def add_buttons(
+    requests: OperatorRequests,
+    label: str,
+    actions: Mapping[str, Wish],
+    of_any_page: Sequence[str] = (),
+) -> None:
+    """Add a group of buttons to the open container of the page: by its words, what each has done.
+
+    Those ``of_any_page`` need no controls.
+    """
+    group = requests.gui.add_button_group(label, tuple(actions))
+    press = requests.on(lambda words: actions[words]())
+
+    async def on_click(event: Event) -> None:
+        if event.target.value in of_any_page:
+            requests.wish(actions[event.target.value])
+        else:
+            await press(event)
+
+    group.on_click(on_click)
+
+
+class OperatorsInput:
+    """An input that only the page with the controls changes; on the others it goes back.
+
+    Attributes:
+        value: that the operator, or the program, has set last.
+    """
+
+    def __init__(
+        self,
+        requests: OperatorRequests,
+        handle: Any,
+        on_change: Callable[[Any], None] | None = None,
+    ) -> None:
+        """Take over an input of viser; ``on_change``, which moves nothing, gets what is set."""
+        self.value = handle.value
+        self._requests = requests
+        self._handle = handle
+        self._on_change = on_change
+        handle.on_update(self._take)
+
+    def set(self, value: Any) -> None:
+        """Set it by the program."""
+        self.value = value
+        show_value(self._handle, value)
+
+    async def _take(self, event: Event) -> None:
+        if event.client_id is None:
+            return
+        if not self._requests.may(event.client_id):
+            self._handle.value = self.value
+            return
+        value = event.target.value
+        if refusal := self._refusal(value):
+            self._requests.refuse(refusal)
+            self._handle.value = self.value
+            return
+        self.value = value
+        on_change = self._on_change
+        if on_change is not None:
+            self._requests.wish(lambda: on_change(value), outlasts_stop=True)
+
+    def _refusal(self, value: Any) -> str:
+        """Return why a slider cannot have a ``value``; empty if it can."""
+        low, high = (getattr(self._handle, name, None) for name in ("min", "max"))
+        if low is None or high is None or low <= value <= high:
+            return ""
+        what = f"{self._handle.label}: {_shown(value)}"
+        return f"nothing done: {what} must be from {_shown(low)} to {_shown(high)}"
+
+
+class WrongNumberError(KinematicsError):
+    """A field shows no number that it may have.
+
+    Attributes:
+        label: of the field.
+        text: that it showed.
+    """
+
+    def __init__(self, label: str, text: str, wanted: str) -> None:
+        """Store both, and what is ``wanted``, in words."""
+        super().__init__(f"nothing done: {label}: {text[:LONGEST_NUMBER]!r} must be {wanted}")
+        self.label = label
+        self.text = text
+
+
+class OperatorsNumber:
+    """A number that only the page with the controls changes.
+
+    It is a field of text: one for numbers alters what is typed, key by key, until it is a number
+    that it may have. What is none is told when the number is needed; then the last one is shown.
+
+    Attributes:
+        last: that it has shown.
+    """
+
+    def __init__(
+        self,
+        requests: OperatorRequests,
+        label: str,
+        number: float,
+        *,
+        least: float = -math.inf,
+        most: float = math.inf,
+        is_whole: bool = False,
+        hint: str | None = None,
+        on_change: Callable[[float], None] | None = None,
+    ) -> None:
+        """Add the field to the open container of the page, with a ``number`` inside its bounds."""
+        self._label, self._is_whole = label, is_whole
+        self._least, self._most = least, most
+        self.last = number
+        self._on_change = on_change
+        field_of_text = requests.gui.add_text(label, _shown(number), hint=hint)
+        self._input = OperatorsInput(requests, field_of_text, self._take)
+
+    @property
+    def value(self) -> float:
+        """The number that the field shows.
+
+        Raises:
+            WrongNumberError: if it shows none that it may have; from now on it shows the last one.
+        """
+        try:
+            return self._read(str(self._input.value))
+        except WrongNumberError:
+            self.set(self.last)
+            raise
+
+    def set(self, number: float) -> None:
+        """Show a number."""
+        self.last = number
+        self._input.set(_shown(number))
+
+    def _take(self, text: str) -> None:
+        # Somebody may still be typing: nothing is told about what is no number yet.
+        with suppress(WrongNumberError):
+            self.last = self._read(str(text))
+            if self._on_change is not None:
+                self._on_change(self.last)
+
+    def _read(self, text: str) -> float:
+        kind = (
+            "a whole number"
+            if self._is_whole
+            else "a number such as 2.5 (a point, where a comma may part thousands)"
+        )
+        bounds = (("least", self._least), ("most", self._most))
+        told = (f"at {name} {_shown(bound)}" for name, bound in bounds if math.isfinite(bound))
+        wanted = ", ".join((kind, *told))
+        pattern = WHOLE if self._is_whole else DECIMAL
+        number = float(text.replace(",", ".")) if pattern.fullmatch(text.strip()) else math.nan
+        # A comma may be that of a thousand, too.
+        if not self._least <= number <= self._most or THOUSAND.fullmatch(text.strip()):
+            raise WrongNumberError(self._label, text, wanted)
+        return number
+
+
+def _shown(number: float) -> str:
+    return f"{number:.10g}"
+
+
+class ScaleSlider:
+    """A slider in per cent for a factor among the parameters of ``ik_node``.
+
+    Pages set it again and again: of several values the newest is sent, when the one before is
+    answered. What the machine has then is shown only when none is on its way.
+    """
+
+    def __init__(self, requests: OperatorRequests, label: str, most: int, name: str) -> None:
+        """Add it, up to ``most``, to the open container; ``name`` is that of the parameter."""
+        self._link, self._what, self._name = requests.link, label.lower(), name
+        # By which facts its value was shown.
+        self._shown: MachineFacts | None = None
+        self._wanted: float | None = None
+        self._is_setting = False
+        slider = requests.gui.add_slider(f"{label} [%]", min=1, max=most, step=1, initial_value=100)
+        self._input = OperatorsInput(requests, slider, self._set)
+
+    def show(self, facts: MachineFacts) -> None:
+        """Show what the machine has, unless another value is on its way there."""
+        if facts is not self._shown and not self._is_setting:
+            self._shown = facts
+            self._input.set(max(1, round(100.0 * facts.values[self._name])))
+
+    def _set(self, part: float) -> None:
+        self._wanted = 0.01 * part
+        if not self._is_setting:
+            self._send()
+
+    def _send(self, _: bool = True) -> None:
+        value, self._wanted = self._wanted, None
+        self._is_setting = value is not None and self._link.set_parameters(
+            self._what, {self._name: value}, self._send
+        )
+        if not self._is_setting:
+            self._shown = None
+
+
+class SpeedFields:
+    """A speed of the platform, or the choice that it goes as fast as the sliders can."""
+
+    def __init__(self, requests: OperatorRequests, label: str, hint: str | None = None) -> None:
+        """Add both to the open container of the page."""
+        self._speed = OperatorsNumber(requests, label, USUAL_SPEED, least=SLOWEST_SPEED, hint=hint)
+        self._fastest = OperatorsInput(
+            requests, requests.gui.add_checkbox("As fast as it can", initial_value=False)
+        )
+
+    @property
+    def value(self) -> float:
+        """The speed; 0 for the fastest [m/s].
+
+        Raises:
+            WrongNumberError: if the field shows none.
+        """
+        return 0.0 if self._fastest.value else 0.001 * self._speed.value
