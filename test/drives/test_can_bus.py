@@ -35,7 +35,7 @@ NODES = (1, 2, 3)
 CYCLES = 500
 
 
-def until(condition: Callable[[], bool], bound: float = 20.0) -> None:
+def until(condition: Callable[[], bool], bound: float = 60.0) -> None:
     end = time.monotonic() + bound
     while not condition():
         assert time.monotonic() < end
@@ -266,7 +266,7 @@ class Process:
 
     def end(self, number: signal.Signals) -> int:
         self.process.send_signal(number)
-        self.process.communicate(timeout=20)
+        self.process.communicate(timeout=60)
         return self.process.returncode
 
 

@@ -60,7 +60,8 @@ def test_drives_get_torque_first_and_lose_it_last(drives):
     client.wait_for(lambda: any(machine.commands[-1].velocity), "a motion")
     assert drives.enable(False).success
     client.wait_for(lambda: drives.asked == [True, False], "the drives to let go")
-    assert drives.still == [True, True] and machine.state == "disabled"
+    assert drives.still == [True, True]
+    machine.wait_for_state("disabled")
 
     # A fault takes torque away, too, once the ramp is over.
     assert drives.enable(True).success

@@ -18,7 +18,7 @@ from tri_glide_kinematics.ros.outputs.motion_state import NEWEST
 
 pytestmark = pytest.mark.nodes
 
-BOUND = 20.0  # s, for what takes a fraction of this
+BOUND = 60.0  # s, for what takes a fraction of this
 PERIOD = 0.002  # s
 NUMBERS = itertools.count()
 
