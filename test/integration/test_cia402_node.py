@@ -291,9 +291,9 @@ def test_ctrl_c_leaves_drives_at_rest_that_hold(machine):
     assert machine.cia.signal(signal.SIGINT) == 0
     machine.wait_until_drives_tell(STOPPED, start)
     assert not machine.drives.all_told(OFF, start)
-    machine.client.wait_for(
-        lambda: max(map(abs, machine.measured[-1].velocity)) <= 2.0 * COUNT / PERIOD, "rest"
-    )
+    # The drives are a little behind the last target; without a ramp it would be 20 mm.
+    heights = [each.position[0] for each in machine.measured[-5:]]
+    assert max(heights) - min(heights) < 2e-3
     machine.wait_for_state("fault")
 
 
