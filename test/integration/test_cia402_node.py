@@ -26,7 +26,8 @@ pytest.importorskip("canopen")
 DELAY, HEARTBEAT = 0.45, 0.6
 PERIOD = 0.01  # s, of setpoints
 CAN = {
-    "rate": 2.0 / PERIOD,
+    # What drives that are kept waiting do not read has to fit into the pseudo-terminal.
+    "rate": 1.0 / PERIOD,
     "playout_delay": DELAY,
     "heartbeat_timeout": HEARTBEAT,
     "homing_speed": 0.3,
@@ -292,7 +293,7 @@ def test_ctrl_c_leaves_drives_at_rest_that_hold(machine):
     machine.wait_until_drives_tell(STOPPED, start)
     assert not machine.drives.all_told(OFF, start)
     # The drives are a little behind the last target; without a ramp it would be 20 mm.
-    heights = [each.position[0] for each in machine.measured[-5:]]
+    heights = [each.position[0] for each in machine.measured[-3:]]
     assert max(heights) - min(heights) < 2e-3
     machine.wait_for_state("fault")
 

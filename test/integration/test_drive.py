@@ -332,7 +332,7 @@ def test_where_the_command_dies_or_is_held_the_machine_rests_and_is_switched_off
         # What earlier tests have switched is told, too.
         return told(true_outputs)[-1:] == [("spindle", 0, 500.0)]
 
-    client.wait_for(lambda: line() > 12 and is_on(), "some lines")
+    client.wait_for(lambda: line() > 12 and is_on(), "some lines", 3.0 * TIMEOUT)
     command.process.send_signal(how)
     driven = line()
     client.wait_for(lambda: not is_on(), "the spindle to stop")

@@ -4,6 +4,7 @@ import os
 import runpy
 import signal
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
@@ -177,12 +178,15 @@ def test_a_node_tells_what_it_works_with_and_what_changes(client, nodes):
 
 def test_a_storm_of_changes_does_not_flood_the_log(client, nodes):
     node = nodes.start("simulator_node")
+    begin = time.monotonic()
     for number in range(200):
         assert client.set_parameters("simulator_node", {"lag": 0.001 * number}).successful
     last = "lag: 0.198 s -> 0.199 s"
     client.wait_for(lambda: last in node.output, "the last change")
     assert "more in the last second; the latest: lag: " in node.output
-    assert node.output.count("lag: ") < 100
+    # Five in a second, and one for the others; seconds begin and end anywhere.
+    seconds = time.monotonic() - begin
+    assert node.output.count("lag: ") <= 6 * (seconds + 2)
 
 
 def test_integers_may_stand_for_doubles(client, nodes):

@@ -27,6 +27,8 @@ TESTED_ELSEWHERE = re.compile(
 STAYS = re.compile(r"^(ros2 run \w+ ik_node|python3 out/my_drives\.py)", re.MULTILINE)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 NAP = 0.05  # s
+# A busy computer takes long to start some of them, one after the other.
+PATIENCE_WITH_A_COMMAND = 5.0 * TIMEOUT
 
 
 @pytest.fixture
@@ -87,7 +89,7 @@ def run(program: list[str], folder: Path) -> tuple[int, str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=TIMEOUT,
+        timeout=PATIENCE_WITH_A_COMMAND,
     )
     assert "Traceback" not in done.stdout, done.stdout
     return done.returncode, done.stdout
