@@ -137,6 +137,8 @@ class CanMachine(Machine):
         # Refused where nothing is wrong.
         self.reset()
         if not self.is_homed:
+            # An answer comes in 5 s, be it that a busy computer sets the drives up still.
+            self.wait_until_told("]: off")
             self.home()
         if self.state != "idle":
             self.enable()
