@@ -26,8 +26,7 @@ pytest.importorskip("canopen")
 DELAY, HEARTBEAT = 0.45, 0.6
 PERIOD = 0.01  # s, of setpoints
 CAN = {
-    # What drives that are kept waiting do not read has to fit into the pseudo-terminal.
-    "rate": 1.0 / PERIOD,
+    "rate": 2.0 / PERIOD,
     "playout_delay": DELAY,
     "heartbeat_timeout": HEARTBEAT,
     "homing_speed": 0.3,
