@@ -18,6 +18,7 @@ from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
 
 from testing.domain import own_context
+from testing.waiting import wait_until
 from tri_glide_kinematics.ros.loop import Cycle, CycleLoop, UrgentInputs
 
 pytestmark = pytest.mark.nodes
@@ -96,10 +97,7 @@ def numbers(node):
         nonlocal count
         made = node.create_subscription(Int32, "numbers", callback, DEPTH)
         count += 1
-        end = time.monotonic() + BOUND
-        while publisher.get_subscription_count() < count:
-            assert time.monotonic() < end
-            time.sleep(0.001)
+        wait_until(lambda: publisher.get_subscription_count() >= count, "a listener")
         return made
 
     return subscription, lambda number: publisher.publish(Int32(data=number))
@@ -465,6 +463,7 @@ NODE_THAT_SLEEPS = """
 import signal, rclpy
 from rclpy.node import Node
 from testing.domain import own_context
+from testing.waiting import wait_until
 from tri_glide_kinematics.ros.loop import Cycle, CycleLoop
 
 signal.signal(signal.SIGINT, lambda *_: None)
