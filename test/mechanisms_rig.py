@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import viser
 
+from testing.waiting import wait_until
 from tri_glide_kinematics.panel.mechanisms import NONE, MechanismsTab
 
 CONFIG = Path(__file__).parents[1] / "config"
@@ -24,13 +25,12 @@ class Rig:
         self.server = server
         self.tab = MechanismsTab(server.gui, server.scene, CONFIG)
 
-    def wait_for(self, condition, what, timeout=20.0):
-        end = time.monotonic() + timeout
-        self.tab.step(time.monotonic())
-        while not condition():
-            assert time.monotonic() < end, f"waited {timeout:g} s in vain for {what}"
-            time.sleep(NAP)
+    def wait_for(self, condition, what):
+        def holds():
             self.tab.step(time.monotonic())
+            return condition()
+
+        wait_until(holds, what, NAP)
 
     def choose(self, name):
         """Have a mechanism drawn as it is in its file."""

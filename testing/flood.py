@@ -15,6 +15,7 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
 
+TIMEOUT = 60.0  # s
 # Topic and type of each kind.
 KINDS = {
     "pose": ("target_pose", PoseStamped),
@@ -30,7 +31,7 @@ def main() -> None:
     node = rclpy.create_node("flood", namespace=namespace)
     topic, message_type = KINDS[kind]
     publisher = node.create_publisher(message_type, topic, QoSProfile(depth=1000))
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + TIMEOUT
     while not publisher.get_subscription_count():
         assert time.monotonic() < deadline, "nobody listens"
         rclpy.spin_once(node, timeout_sec=0.05)

@@ -20,10 +20,10 @@ from tri_glide_kinematics.vectors import Vector3
 TOLERANCE = 0.0005  # m, position_tolerance by default
 PART_OF_PATHS = 0.3
 LONGEST_DELAY = 0.15  # s, about what a motion takes here
-LONGEST_SILENCE = 1.0  # s, from the state to the result on a busy computer
+LONGEST_SILENCE = 10.0  # s, from the state to the result on a busy computer
 BURST = 5
 # What is sent while the machine is not ready for it is sent again, for this long [s].
-PATIENCE = 10.0
+PATIENCE = 60.0
 
 SUCCEEDED, CANCELED, SUPERSEDED = GoalCode.SUCCEEDED, GoalCode.CANCELED, GoalCode.SUPERSEDED
 

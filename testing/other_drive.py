@@ -1,29 +1,17 @@
-"""Three servo drives after CiA 301 and CiA 402, behind one serial CAN adapter (slcan) on a pty.
+"""A servo drive after CiA 301 and CiA 402 in virtual time.
 
 A second opinion on both standards: it shares no code with the package, and is as strict as they
-allow. Run it as ``python -m testing.other_drive --link PATH``; lines on its standard input make
-faults (`Cell.obey`). Its objects stand in ``other_drive.txt``. It lives in real time; only where
-targets come with SYNC, the axis moves in the time of SYNC (`Node.move`). Inside, positions are
-counts along the axis. The report has a line of JSON for each event, in SI units; its ``t`` is
-``time.monotonic``.
+allow. Its objects stand in ``other_drive.txt``. Where targets come with SYNC, the axis moves in the
+time of SYNC (`Node.move`). Inside, positions are counts along the axis. It tells of each event, in
+SI units.
 """
 
-import argparse
-import contextlib
 import dataclasses
-import functools
-import json
-import os
 import random
-import select
-import signal
 import struct
-import time
-import tty
 from collections import deque
 from collections.abc import Callable, Generator
 from pathlib import Path
-from typing import Any
 
 TICK = 0.001
 BRAKE = 50.0  # m/s^2, of an axis without power
@@ -166,7 +154,6 @@ class Drive:
         # Bits that the standard leaves to the manufacturer, and those that it calls "don't care".
         self.own_bits = draw.choice((0x4000, 0x8000, 0x8100, 0xC100))
         self.free_bits = draw.choice((0x00, 0x20))
-        self.largest = {"axis": 0.0, "targets": 0.0}
         self.feeds_forward = False  # 0x60B1 comes by a PDO
         self.now = 0.0
         self.switch_on()
@@ -183,7 +170,7 @@ class Drive:
         self.start, self.goal, self.began = 0.0, 0.0, self.now
         self.mode_since = self.lag_since = self.now
         self.targets: deque[int] = deque(maxlen=3)
-        self.speeds: deque[float] = deque([0.0] * 11, maxlen=11)
+        self.speeds: deque[float] = deque([0.0] * 2, maxlen=2)
 
     @property
     def period(self) -> float:
@@ -276,18 +263,11 @@ class Drive:
             self.fault(0x8611)
             return
         self.targets.append(target)
-        if len(self.targets) == 3:
-            first, second, third = self.targets
-            self.note("targets", (first - 2 * second + third) / self.period**2)
         self.start, self.began = self.demand - self.zero, self.now
         # CiA 402 tells software limits from home, not from zero.
         home = od[0x607C] if self.home_sign < 0 else 0
         low, high = od[0x607D, 1] - home, od[0x607D, 2] - home
         self.goal = min(max(target, low), high) if self.homed and low < high else target
-
-    def note(self, name: str, acceleration: float) -> None:
-        """Keep the largest acceleration."""
-        self.largest[name] = max(self.largest[name], abs(acceleration) / self.od.scale)
 
     def home(self) -> Generator[float, None, None]:
         """Yield the speed that homing asks for; end where home is found."""
@@ -347,7 +327,6 @@ class Drive:
             self.engage()
         if self.state in POWERED:
             self.follow()
-            self.note("axis", (self.speeds[-1] - self.speeds[0]) / (10 * TICK))
         else:
             axis.step(0.0, BRAKE * od.scale)
             self.demand, self.demanded_speed, self.limited = axis.place, 0.0, False
@@ -403,14 +382,12 @@ class Node:
         """``send(identifier, data)`` puts a frame on the bus."""
         self.drive, self.od, self.transmit, self.tell = drive, drive.od, send, drive.tell
         self.number, self.now = drive.od.node, drive.now
-        # SYNCs, by the targets before each; longest time between two, and their mean of late, s.
-        self.tally = {"one": 0, "none": 0, "more": 0, "longest": 0.0, "period": 0.0}
         drive.emergency = self.emergency
         self.boot(0.1)
 
     def boot(self, silence: float) -> None:
         """Be silent for that long, then send the boot-up message."""
-        self.nmt, self.silent_until, self.mute = BOOTING, self.now + silence, False
+        self.nmt, self.silent_until = BOOTING, self.now + silence
         self.seen: dict[int, float] = {}  # when a heartbeat of that node came
         self.lost: set[int] = set()
         self.kept: dict[int, bytes] = {}  # frames of synchronous RPDOs that wait for SYNC
@@ -521,10 +498,6 @@ class Node:
         """Sample what is sent, then let take effect what was received."""
         while self.due and self.drive.now < self.now + 0.05:
             self.move()
-        if self.waits:
-            gap = self.now - self.synced
-            self.tally["longest"] = max(self.tally["longest"], gap)
-            self.tally["period"] += (gap - self.tally["period"]) * 0.02
         self.syncs += 1
         self.synced = self.now
         for k in range(4):
@@ -537,10 +510,8 @@ class Node:
         synchronous = [k for k in range(4) if self.od[0x1400 + k, 2] <= 240]
         if any(0x607A0020 in self.mapping(0x1600 + k) for k in synchronous):
             self.drive.take_target()
-            word = ("none", "one", "more")[min(self.received, 2)]
             self.waits = self.drive.state == ENABLED and self.drive.mode == 8
-            self.tally[word] += self.waits
-            if self.waits and word != "one":
+            if self.waits and self.received != 1:
                 self.tell("targets", count=self.received, sync=self.syncs)
             self.due = max(round(self.drive.period / TICK), 1) * self.waits
         self.received = 0
@@ -560,7 +531,7 @@ class Node:
         parts = self.mapping(0x1A00 + k)
         data = b"".join(self.od.packed(part >> 16, part >> 8 & 0xFF) for part in parts)
         same = k in self.sent and self.sent[k][1] == data
-        if data and not self.mute and not (only_changed and same):
+        if data and not (only_changed and same):
             self.sent[k] = self.now, data
             self.transmit(self.od[0x1800 + k, 1] & 0x7FF, data)
 
@@ -574,7 +545,7 @@ class Node:
                 self.transmit(0x700 + self.number, b"\0")
                 self.set_nmt(PRE_OPERATIONAL)
             return
-        if od[0x1017] and self.now - self.beaten >= od[0x1017] * 0.001 and not self.mute:
+        if od[0x1017] and self.now - self.beaten >= od[0x1017] * 0.001:
             self.beaten = self.now
             self.transmit(0x700 + self.number, bytes([self.nmt]))
         for sub in (1, 2):
@@ -655,163 +626,3 @@ class Node:
             else:
                 bits = [od[index, k] & 0xFF for k in range(1, min(value, 8) + 1)]
                 expect(value <= 8 and 0 not in bits and sum(bits) <= 64, 0x06040042)
-
-
-class Adapter:
-    """The serial adapter: a pty that speaks slcan."""
-
-    def __init__(self, link: Path) -> None:
-        """Make the pty, and ``link`` a symbolic link to it."""
-        self.master, slave = os.openpty()
-        tty.setraw(slave)
-        os.set_blocking(self.master, False)
-        link.unlink(missing_ok=True)
-        link.symlink_to(os.ttyname(slave))
-        os.close(slave)
-        self.open = self.fast = False
-        self.line, self.waiting = b"", b""
-
-    def read(self) -> list[tuple[int, bytes]]:
-        """Return the frames that have come, (identifier, data) each."""
-        try:
-            self.line += os.read(self.master, 1 << 16)
-        except OSError:
-            self.open, self.line, self.waiting = False, b"", b""  # nobody has the port open
-            time.sleep(TICK)
-        *lines, self.line = self.line.split(b"\r")
-        return [frame for line in lines for frame in self.obey(line.decode("latin-1"))]
-
-    def obey(self, line: str) -> list[tuple[int, bytes]]:
-        """Answer a line of the host, and return the frame that it brings."""
-        kind, frames = line[:1], []
-        answer = "\a" if kind else "\r"
-        if kind in ("O", "L") and self.fast and not self.open:
-            self.open, answer = True, "\r"
-        elif kind == "C":
-            self.open, answer = False, "\r"
-        elif kind == "S" and not self.open:
-            self.fast, answer = line == "S8", "\r"  # the drives are set to 1 Mbit/s
-        elif kind and kind in "tTr" and self.open:
-            digits = 9 if kind == "T" else 4
-            with contextlib.suppress(ValueError):
-                frame = int(line[1:digits], 16), bytes.fromhex(line[digits + 1 :])
-                if kind == "r" or int(line[digits]) == len(frame[1]) <= 8:
-                    answer, frames = "z\r", [frame] if kind == "t" else []
-        self.write(answer)
-        return frames
-
-    def send(self, identifier: int, data: bytes) -> None:
-        """Give a frame to the host."""
-        if self.open:
-            self.write(f"t{identifier:03X}{len(data)}{data.hex().upper()}\r")
-
-    def write(self, text: str = "") -> None:
-        """Write text, and what waited; what nobody reads is lost at last."""
-        self.waiting = (self.waiting + text.encode())[-(1 << 16) :]
-        with contextlib.suppress(OSError):
-            self.waiting = self.waiting[os.write(self.master, self.waiting) :]
-
-
-class Cell:
-    """All drives on their bus."""
-
-    def __init__(self, options: argparse.Namespace) -> None:
-        """Switch all on."""
-        self.report = open(options.report or os.devnull, "w", buffering=1)
-        self.adapter, self.clock = Adapter(options.link), time.monotonic()
-        self.nodes: dict[int, Node] = {}
-        scale, (low, high) = options.scale, options.stops
-        for number, height in zip(options.nodes, options.heights * len(options.nodes)):
-            stops = low * scale, high * scale
-            switches = stops[0] + 0.02 * scale, stops[1] - 0.02 * scale
-            axis = Axis(height * scale, stops, switches, options.acceleration * scale)
-            od = Dictionary(number, scale)
-            drive = Drive(od, axis, options.home_sign, functools.partial(self.tell, number))
-            drive.now = self.clock
-            drive.switch_on()
-            self.nodes[number] = Node(drive, self.adapter.send)
-        self.present = dict(self.nodes)
-
-    def tell(self, number: int, event: str, **values: Any) -> None:
-        """Report an event of a node."""
-        words = {"t": round(self.nodes[number].now, 4), "node": number, "event": event}
-        print(json.dumps(words | values), file=self.report)
-
-    def advance(self, now: float) -> None:
-        """Let all drives work up to a time."""
-        self.clock = now
-        for node in self.present.values():
-            while node.now + TICK <= now:
-                node.now += TICK
-                node.tick()
-
-    def obey(self, line: str) -> bool:
-        """Obey a typed line and tell whether to go on.
-
-        ``fault 2 0x7305``: an error of drive 2; ``reboot 1``: its power goes for half a second;
-        ``leave 3``: for good; ``mute 2``: no heartbeats and TPDOs until ``unmute 2``;
-        ``summary`` to the report; ``quit``.
-        """
-        word, *numbers = line.split()
-        if word in ("summary", "quit"):
-            for node in self.nodes.values():
-                node.tell("summary", acceleration=node.drive.largest, syncs=node.tally)
-            return word != "quit"
-        node = self.nodes[int(numbers[0])]
-        if word == "fault":
-            node.drive.fault(int(numbers[1], 0))
-        elif word == "reboot":
-            node.restart(0xFFFF, 0.5)
-        elif word == "leave":
-            self.present.pop(node.number, None)
-        else:
-            node.mute = word == "mute"
-        return True
-
-    def serve(self) -> None:
-        """Work until told to quit."""
-        inputs, typed = [self.adapter.master, 0], b""
-        while True:
-            ready = select.select(inputs, [], [], 2 * TICK)[0]
-            now = time.monotonic()
-            frames = self.adapter.read() if self.adapter.master in ready else []
-            for k, frame in enumerate(frames):
-                # Where this process was held up, frames of a while have come together.
-                self.advance(self.clock + (now - self.clock) / (len(frames) - k))
-                for node in self.present.values():
-                    node.receive(*frame)
-            self.advance(now)
-            self.adapter.write()
-            if 0 in ready:
-                typed += (read := os.read(0, 4096))
-                inputs = inputs if read else inputs[:1]
-                *lines, typed = typed.split(b"\n")
-                if not all([self.obey(line.decode()) for line in lines]):
-                    return
-
-
-def main() -> None:
-    """Run the drives until told to quit, interrupted or terminated."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--link", type=Path, required=True, help="becomes a link to the pty")
-    parser.add_argument("--nodes", type=int, nargs="+", default=[1, 2, 3])
-    parser.add_argument("--heights", type=float, nargs="+", default=[0.6], help="at first, m")
-    parser.add_argument("--stops", type=float, nargs=2, default=[0.25, 0.95], help="m")
-    parser.add_argument("--scale", type=float, default=1e7, help="counts per metre")
-    parser.add_argument("--acceleration", type=float, default=60.0, help="of the axis, m/s^2")
-    # Home reads this times 0x607C: -1 as CiA 402 words it, 1 as many drives do.
-    parser.add_argument("--home-sign", type=int, choices=(-1, 1), default=-1)
-    parser.add_argument("--report", type=Path, help="events, as lines of JSON")
-    options = parser.parse_args()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    cell = Cell(options)
-    try:
-        cell.serve()
-    except KeyboardInterrupt:
-        cell.obey("quit")
-    finally:
-        options.link.unlink(missing_ok=True)
-
-
-if __name__ == "__main__":
-    main()

@@ -4,17 +4,17 @@ import itertools
 import os
 import signal
 import sys
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from testing import waiting
 from tri_glide_kinematics.ros.starting import NodeProcesses, Process, default_parameter_file
 
 # So many characters of what a node has written are shown if something goes wrong with it.
 LAST_WORDS = 2000
-TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
+TIMEOUT = waiting.TIMEOUT
 NAP = 0.05  # s, between two looks at all processes
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -211,8 +211,6 @@ def wait_for_end_of_processes_in(namespace: str) -> None:
     Raises:
         TimeoutError: if one of them remains.
     """
-    end = time.monotonic() + TIMEOUT
-    while left := processes_in(namespace):
-        if time.monotonic() > end:
-            raise TimeoutError(f"after {TIMEOUT:g} s there is still {left}")
-        time.sleep(NAP)
+    waiting.wait_until(
+        lambda: not processes_in(namespace), f"the end of all nodes in {namespace}", NAP
+    )

@@ -178,14 +178,17 @@ def send_at_random(machine: Machine, duration: float, *, commands: bool) -> None
         client.node.destroy_publisher(publisher)
 
 
-def parameter_storm(machine: Machine, duration: float) -> int:
-    """Set live parameters of ik_node, valid and not, while it moves; return how many were set."""
+def parameter_storm(machine: Machine, duration: float, least: int = 1) -> int:
+    """Set live parameters of ik_node, valid and not, while it moves; return how many were set.
+
+    It lasts for a ``duration`` [s], and until the ``least`` number has been set.
+    """
     client = machine.client
     source = random.Random(3)
     end = time.monotonic() + duration
     count = 0
     targets = [(0.08, 0.03, 0.35), (-0.06, 0.05, 0.22), HOME]
-    while time.monotonic() < end:
+    while count < least or time.monotonic() < end:
         if count % 10 == 0:
             client.send_pose(targets[count // 10 % len(targets)])
         names = source.sample(sorted(LIVE_VALUES), source.randint(1, 4))

@@ -1,123 +1,124 @@
-"""The second simulated drive, which knows only the standards, as a master sees it on the wire."""
+"""Our group of drives leads drives that share no code with us, in virtual time.
 
-import json
+They were written from the standards alone, and are as strict as these allow.
+"""
+
 import struct
-import subprocess
-import sys
-import time
-from collections.abc import Iterator
-from pathlib import Path
+from operator import sub
+from types import SimpleNamespace
 
-import can
 import pytest
+from group_rig import LOWER, NODES, PERIOD, QUICK, UPPER, ZONE, GroupRig, settings
 
-pytestmark = pytest.mark.nodes
-CYCLE = 0.01
+from testing.other_drive import TICK, AbortError, Axis, Dictionary, Drive, Node
+from testing.simulated_bus import SimulatedBus
+from tri_glide_kinematics.drives import AbortError as OurAbortError
+from tri_glide_kinematics.drives import DriveGroup, GroupState
 
-
-class Master:
-    """Frames made by hand."""
-
-    def __init__(self, link: Path, report: Path, process: subprocess.Popen[bytes]) -> None:
-        self.report, self.process = report, process
-        self.bus = can.Bus(
-            interface="slcan", channel=str(link), bitrate=1_000_000, sleep_after_open=0.0
-        )
-
-    def send(self, identifier: int, data: bytes) -> None:
-        self.bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
-
-    def wait_for(self, identifier: int, first: bytes = b"", bound: float = 3.0) -> bytes:
-        end = time.monotonic() + bound
-        while time.monotonic() < end:
-            frame = self.bus.recv(0.1)
-            if frame and frame.arbitration_id == identifier and frame.data.startswith(first):
-                return bytes(frame.data)
-        raise AssertionError(f"no frame 0x{identifier:X} {first.hex()} in {bound} s")
-
-    def upload(self, index: int, sub: int = 0) -> int:
-        place = struct.pack("<HB", index, sub)
-        self.send(0x602, b"\x40" + place + bytes(4))
-        answer = self.wait_for(0x582)
-        assert answer[1:4] == place
-        return int.from_bytes(answer[4:], "little")  # an abort code, too
-
-    def download(self, index: int, sub: int, value: int, size: int) -> int:
-        """Return the abort code, or 0."""
-        head = struct.pack("<BHB", 0x23 | (4 - size) << 2, index, sub)
-        self.send(0x602, head + (value & 0xFFFFFFFF).to_bytes(4, "little"))
-        answer = self.wait_for(0x582)
-        return int.from_bytes(answer[4:], "little") if answer[0] == 0x80 else 0
-
-    def command(self, word: int, mask: int, status: int) -> None:
-        assert self.download(0x6040, 0, word, 2) == 0
-        end = time.monotonic() + 3.0
-        while self.upload(0x6041) & mask != status:
-            assert time.monotonic() < end, f"status {self.upload(0x6041):04X} after {word:04X}"
+SCALE = 1e6  # counts per metre
+END = 0.03  # m, from a limit switch to the hard stop
+MOST = 60.0  # m/s^2
 
 
-@pytest.fixture
-def master(tmp_path: Path) -> Iterator[Master]:
-    link, report = tmp_path / "can", tmp_path / "report"
-    options = ["--link", str(link), "--report", str(report), "--nodes", "2"]
-    with subprocess.Popen(
-        [sys.executable, "-m", "testing.other_drive", *options], stdin=subprocess.PIPE
-    ) as process:
-        end = time.monotonic() + 10.0
-        while not link.exists():
-            assert process.poll() is None and time.monotonic() < end
-            time.sleep(0.01)
-        master = Master(link, report, process)
-        yield master
-        master.bus.shutdown()
-        process.communicate(b"quit\n", timeout=10.0)
-        assert process.returncode == 0
+class OtherDrive:
+    """One of them, as our simulated bus asks its drives."""
+
+    answers = True
+    faults = SimpleNamespace(answer_delay=0.0)
+
+    def __init__(self, node: int, way: int, height: float, home_sign: int) -> None:
+        self.node, self.way = node, way
+        self.events: list[dict] = []
+        self._sent: list[tuple[int, bytes]] = []
+        switches = sorted(way * SCALE * each for each in (LOWER, UPPER - ZONE))
+        stops = switches[0] - SCALE * END, switches[1] + SCALE * END
+        self.axis = Axis(way * SCALE * height, stops, tuple(switches), SCALE * MOST)
+        self.drive = Drive(Dictionary(node, SCALE), self.axis, home_sign, self._tell)
+        self._node = Node(self.drive, lambda *frame: self._sent.append(frame))
+
+    def _tell(self, event, **numbers):
+        self.events.append({"event": event, **numbers})
+
+    def told(self, event):
+        return [each for each in self.events if each["event"] == event]
+
+    def advance(self, now):
+        while self._node.now + TICK <= now + 1e-9:
+            self._node.now += TICK
+            self._node.tick()
+        sent, self._sent[:] = list(self._sent), []
+        return sent
+
+    def receive(self, frame):
+        self._node.receive(*frame)
+
+    def _answer(self, command, index, subindex, data=bytes(4)):
+        try:
+            return self._node.serve(struct.pack("<BHB4s", command, index, subindex, data))
+        except AbortError as error:
+            raise OurAbortError(error.args[0]) from None
+
+    def read(self, index, subindex):
+        answer = self._answer(0x40, index, subindex)
+        return answer[4 : 8 - (answer[0] >> 2 & 3)]
+
+    def write(self, index, subindex, data):
+        self._answer(0x23 | (4 - len(data)) << 2, index, subindex, data)
 
 
-def test_a_drive_is_enabled_and_follows_targets(master: Master) -> None:
-    master.send(0, b"\x81\x00")
-    assert master.wait_for(0x702) == b"\0"  # boot-up
-    assert master.upload(0x6041) & 0x4F == 0x40  # switch on disabled
-    assert master.upload(0x6042) == 0x06020000
-    assert master.upload(0x60C2, 9) == 0x06090011
-    assert master.download(0x6041, 0, 0, 2) == 0x06010002
-    assert master.download(0x6040, 0, 0, 4) == 0x06070010
-    assert master.download(0x6060, 0, 3, 1) == 0x06090030
-    assert master.download(0x1600, 0, 0, 1) == 0x08000022  # the PDO is valid
-    for index, sub, value, size in (
-        (0x1400, 1, 0x80000202, 4),
-        (0x1600, 0, 0, 1),
-        (0x1600, 1, 0x60400010, 4),
-        (0x1600, 2, 0x607A0020, 4),
-        (0x1600, 0, 2, 1),
-        (0x1400, 2, 1, 1),
-        (0x1400, 1, 0x202, 4),
-        (0x60C2, 1, 10, 1),
-        (0x6060, 0, 8, 1),
-    ):
-        assert master.download(index, sub, value, size) == 0, f"{index:04X}:{sub}"
-    master.send(0, b"\x01\x02")
-    master.command(0x06, 0x6F, 0x21)
-    master.command(0x07, 0x6F, 0x23)
-    master.command(0x0F, 0x6F, 0x27)
-    target = 0
-    next_cycle = time.monotonic()
-    for k in range(100):
-        target += 500 * min(k, 99 - k)  # a triangle of speeds up to 0.24 m/s, over 0.12 m
-        master.send(0x202, struct.pack("<Hi", 0x0F, target))
-        master.send(0x80, b"")
-        next_cycle += CYCLE
-        time.sleep(max(next_cycle - time.monotonic(), 0.0))
-    end = time.monotonic() + 3.0
-    while abs(master.upload(0x6064) - target) > 10:
-        assert time.monotonic() < end
-    assert master.process.stdin
-    master.process.stdin.write(b"fault 2 0x7305\n")
-    master.process.stdin.flush()
-    assert master.wait_for(0x82)[:3] == b"\x05\x73\x21"
-    master.command(0x00, 0x4F, 0x08)
-    master.command(0x80, 0x4F, 0x40)
-    events = [json.loads(line) for line in master.report.open()]
-    states = [event["state"] for event in events if event["event"] == "state"]
-    assert states[-6:] == ["ready", "switched on", "enabled", "fault reaction", "fault", "disabled"]
-    assert not [event for event in events if event["event"] == "targets"]
+class OtherRig(GroupRig):
+    """Three of them; the second one counts downwards."""
+
+    def __init__(self, home_sign=-1):
+        self.settings = settings(**QUICK)
+        ways = [each.units.direction for each in self.settings.drives]
+        self.drives = [OtherDrive(node, way, 0.6, home_sign) for node, way in zip(NODES, ways)]
+        self.bus = SimulatedBus(self.drives)
+        self.group = DriveGroup(self.bus, self.settings)
+        self.now = 0.0
+
+    @property
+    def true_heights(self):
+        return tuple(each.way * each.axis.place / SCALE for each in self.drives)
+
+    @property
+    def errors(self):
+        """Measured heights minus the true ones [m]."""
+        return tuple(map(sub, self.group.heights, self.true_heights))
+
+
+@pytest.mark.parametrize(
+    "home_sign", [-1, 1], ids=["home as CiA 402 words it", "home as many drives have it"]
+)
+def test_they_are_homed_and_follow_setpoints_of_which_one_comes_with_each_sync(home_sign):
+    rig = OtherRig(home_sign).homed()
+    # By how much the axis moves in a tick at the slow speed of homing.
+    assert rig.errors == pytest.approx((0.0,) * 3, abs=QUICK["homing_slow_speed"] * TICK)
+    errors = rig.errors
+    rig.swing(1.0)
+    assert rig.group.state is GroupState.ON, rig.group.message
+    rig.until(GroupState.HOLDING).run(0.5)
+    assert rig.errors == pytest.approx(errors, abs=10.0 / SCALE)
+    for drive in rig.drives:
+        assert not drive.told("targets") and not drive.told("length")
+    rig.group.disable(rig.now)
+    rig.off()
+    assert [each.told("state")[-1]["state"] for each in rig.drives] == ["disabled"] * 3
+
+
+def test_a_fault_of_one_stops_all_and_is_reset():
+    rig = OtherRig().homed()
+    rig.drives[1].drive.fault(0x7305)
+    rig.until(GroupState.FAULT).run(0.5)
+    assert "axis 2" in rig.group.message and "0x7305" in rig.group.message
+    rig.group.reset(rig.now)
+    rig.off().on()
+
+
+def test_they_stop_by_themselves_where_the_computer_is_gone():
+    rig = OtherRig().homed()
+    for _ in range(round(1.0 / PERIOD)):
+        rig.now += PERIOD
+        rig.bus.advance(rig.now)
+    assert all(each.drive.state != 0x27 for each in rig.drives)
+    rig.run(0.1).until(GroupState.FAULT)

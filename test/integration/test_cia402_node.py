@@ -62,8 +62,12 @@ class Drives:
         found = TOLD.findall(self._log.read_text())
         return [(float(at), int(node), text) for at, node, text in found if float(at) > since]
 
+    def which_told(self, text, since=0.0):
+        """Return which drives have told a ``text``, and when they did so last."""
+        return {node: at for at, node, said in self.told(since) if said == text}
+
     def all_told(self, text, since=0.0):
-        return {node for _, node, said in self.told(since) if said == text} == {1, 2, 3}
+        return self.which_told(text, since).keys() == {1, 2, 3}
 
     def end(self):
         self._process.kill()
@@ -86,6 +90,7 @@ class CanMachine(Machine):
         self.client.wait_for(self.links[1].exists, "the adapters")
 
     def start_cia(self, link=0, *texts):
+        self.is_homed = False
         self.cia = self._launcher.start("cia402_node", {**CAN, "channel": self.links[link]})
         self.wait_until_told(*(texts or ("off: not homed", "has stopped before")))
 
@@ -94,6 +99,10 @@ class CanMachine(Machine):
             lambda: any(text in self.cia.output for text in texts), f"cia402_node to tell {texts}"
         )
 
+    def wait_until_drives_tell(self, text, since):
+        """Wait until each has; what a process tells may be read after what another one tells."""
+        self.client.wait_for(lambda: self.drives.all_told(text, since), f"{text} of all drives")
+
     def goal(self):
         self.client.wait_for(self._home.server_is_ready, "~/home")
         return SentGoal(self.client, self._home, Home.Goal())
@@ -101,6 +110,7 @@ class CanMachine(Machine):
     def home(self):
         result = self.goal().result()
         assert result.code == Home.Result.SUCCEEDED, result.text
+        self.is_homed = True
         return result
 
     def reset(self):
@@ -117,7 +127,7 @@ class CanMachine(Machine):
         self.cia.forget_output()
         assert self.client.enable(False).success
         self.wait_until_told("]: off")
-        assert self.drives.all_told(OFF, before)
+        self.wait_until_drives_tell(OFF, before)
 
     def ready(self):
         """Be homed, enabled and idle near the top, whatever was before."""
@@ -125,9 +135,9 @@ class CanMachine(Machine):
             self.start_cia()
         # Refused where nothing is wrong.
         self.reset()
-        count = len(self.measured)
-        self.client.spin_for(0.2)
-        if len(self.measured) == count:
+        if not self.is_homed:
+            # An answer comes in 5 s, be it that a busy computer sets the drives up still.
+            self.wait_until_told("]: off")
             self.home()
         if self.state != "idle":
             self.enable()
@@ -136,14 +146,20 @@ class CanMachine(Machine):
         return time.monotonic()
 
     def wait_for_rest(self):
-        """Wait until the drives are measured at one place for some time."""
+        """Wait until the drives are measured at one place for some time from now on."""
+        first = len(self.measured)
         self.client.wait_for(
             lambda: (
-                len(self.measured) > 20
+                len(self.measured) > first + 20
                 and len({tuple(each.position) for each in self.measured[-20:]}) == 1
             ),
             "rest",
         )
+
+    def get_sliders_going(self):
+        """Send a target and wait until the sliders move, some time after the setpoints."""
+        self.get_going(FAR, 0.3)
+        self.client.wait_for(lambda: any(self.measured[-1].velocity), "sliders that move")
 
 
 @pytest.fixture(scope="module")
@@ -186,7 +202,7 @@ def test_from_homing_to_a_stop(machine):
     machine.disable()
     before = time.monotonic()
     machine.enable()
-    assert drives.all_told(ENABLED, before)
+    machine.wait_until_drives_tell(ENABLED, before)
 
 
 def test_homing_that_is_cancelled_leaves_no_heights(machine):
@@ -203,6 +219,7 @@ def test_homing_that_is_cancelled_leaves_no_heights(machine):
     )
     goal.cancel()
     assert goal.result().code == Home.Result.CANCELED
+    machine.is_homed = False
     assert not goal.response.result.heights
     machine.wait_until_told("holding: ")
     count = len(machine.measured)
@@ -230,8 +247,11 @@ def test_one_drive_in_fault_stops_all(machine):
     machine.get_going(FAR, 0.3)
     machine.drives.obey("2 fault 0x7500")
     machine.wait_for_state("fault")
-    stops = {node: at for at, node, text in machine.drives.told(start) if text == STOPPED}
-    assert stops.keys() == {1, 3}
+
+    def stops():
+        return machine.drives.which_told(STOPPED, start)
+
+    machine.client.wait_for(lambda: stops().keys() == {1, 3}, "the others to stop")
     machine.client.wait_for(
         lambda: any(
             "axis 2" in status.message
@@ -246,17 +266,17 @@ def test_one_drive_in_fault_stops_all(machine):
     answer = machine.reset()
     assert answer.success, answer.message
     # A reset gives no torque.
-    assert not [text for at, _, text in machine.drives.told(stops[1]) if text == ENABLED]
+    assert not [text for at, _, text in machine.drives.told(stops()[1]) if text == ENABLED]
 
 
 @pytest.mark.parametrize("number", [signal.SIGSTOP, signal.SIGKILL])
 def test_drives_stop_by_themselves(machine, number):
     start = machine.ready()
-    machine.get_going(FAR, 0.3)
+    machine.get_sliders_going()
     machine.cia.process.send_signal(number)
     end = time.monotonic()
-    machine.client.wait_for(lambda: machine.drives.all_told(STOPPED, start), "quick stops")
-    stops = [at for at, _, text in machine.drives.told(start) if text == STOPPED]
+    machine.wait_until_drives_tell(STOPPED, start)
+    stops = machine.drives.which_told(STOPPED, start).values()
     print(f"{number.name}: quick stop after {max(stops) - end:.3f} s, at most {HEARTBEAT + PERIOD}")
     assert max(stops) - min(stops) <= PERIOD
     machine.wait_for_state("fault")
@@ -269,13 +289,13 @@ def test_drives_stop_by_themselves(machine, number):
 
 def test_ctrl_c_leaves_drives_at_rest_that_hold(machine):
     start = machine.ready()
-    machine.get_going(FAR, 0.3)
+    machine.get_sliders_going()
     assert machine.cia.signal(signal.SIGINT) == 0
-    count = len(machine.measured)
-    machine.client.wait_for(lambda: machine.drives.all_told(STOPPED, start), "quick stops")
+    machine.wait_until_drives_tell(STOPPED, start)
     assert not machine.drives.all_told(OFF, start)
-    assert len(machine.measured) <= count + 1
-    assert max(map(abs, machine.measured[-1].velocity)) <= 2.0 * COUNT / PERIOD
+    # The drives are a little behind the last target; without a ramp it would be 20 mm.
+    heights = [each.position[0] for each in machine.measured[-3:]]
+    assert max(heights) - min(heights) < 2e-3
     machine.wait_for_state("fault")
 
 
@@ -283,10 +303,10 @@ def test_the_node_ends_in_a_homing(machine):
     machine.ready()
     machine.disable()
     start, goal = time.monotonic(), machine.goal()
-    machine.client.wait_for(lambda: machine.drives.all_told(ENABLED, start), "a homing")
+    machine.wait_until_drives_tell(ENABLED, start)
     assert machine.cia.signal(signal.SIGTERM) == 0
     assert goal.result().code == Home.Result.SHUTDOWN
-    machine.client.wait_for(lambda: machine.drives.all_told(STOPPED, start), "quick stops")
+    machine.wait_until_drives_tell(STOPPED, start)
 
 
 def test_an_adapter_that_is_unplugged(machine):
@@ -309,7 +329,7 @@ def test_a_second_node_on_the_bus_is_refused(machine):
     machine.ready()
     first = machine.cia
     machine.start_cia(1, "somebody else sends COB-ID 0x")
-    second, machine.cia = machine.cia, first
+    second, machine.cia, machine.is_homed = machine.cia, first, True
     assert second.signal(signal.SIGINT) == 0
     machine.move(FAR)
     assert "fault" not in first.output

@@ -1,6 +1,7 @@
 """One enable for the operator: that of ik_node gives the drives torque first, and takes it last."""
 
 import pytest
+from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
 
 SERVICE = "my_drives/enable"
@@ -11,16 +12,28 @@ class Drives:
 
     def __init__(self, machine):
         self.machine, self.client = machine, machine.client
-        self.asked, self.refuses, self.still = [], "", []
+        self.asked, self.refuses, self._times = [], "", []
         self.client.node.create_service(SetBool, SERVICE, self._answer)
 
     def _answer(self, request, response):
         self.asked.append(request.data)
-        newest = self.machine.commands[-1:]
-        self.still.append(all(not any(message.velocity) for message in newest))
+        self._times.append(self.client.now())
         response.success = not self.refuses
         response.message = self.refuses or "operation is enabled"
         return response
+
+    @property
+    def still(self):
+        """Whether the newest setpoint was one of rest, each time that they were asked."""
+        before = (
+            [each for each in self.machine.commands if self.client.time_of(each) <= time][-1:]
+            for time in self._times
+        )
+        return [not any(each.velocity) for newest in before for each in newest or [JointState()]]
+
+    def wait_until_known(self, still):
+        """Wait for what was sent before they were asked."""
+        self.client.wait_for(lambda: self.still == still, "setpoints of rest")
 
     def enable(self, on):
         return enabled(self.client, on)
@@ -60,7 +73,8 @@ def test_drives_get_torque_first_and_lose_it_last(drives):
     client.wait_for(lambda: any(machine.commands[-1].velocity), "a motion")
     assert drives.enable(False).success
     client.wait_for(lambda: drives.asked == [True, False], "the drives to let go")
-    assert drives.still == [True, True] and machine.state == "disabled"
+    drives.wait_until_known([True, True])
+    machine.wait_for_state("disabled")
 
     # A fault takes torque away, too, once the ramp is over.
     assert drives.enable(True).success
@@ -69,7 +83,7 @@ def test_drives_get_torque_first_and_lose_it_last(drives):
     client.set_parameters("simulator_node", {"encoder_offsets": [0.3, 0.0, 0.0]})
     machine.wait_for_state("fault")
     client.wait_for(lambda: drives.asked == [True, False] * 2, "the drives to let go")
-    assert all(drives.still)
+    drives.wait_until_known([True] * 4)
 
 
 def test_without_torque_the_machine_is_not_led_and_the_reason_is_told(drives):

@@ -32,8 +32,8 @@ def ended_at_rest(machine):
 
 def test_a_signal_ends_it_after_a_ramp(machine):
     # Slow enough to be far from the end when the signal comes on a busy computer.
-    machine.start({"speed_scale": 0.3})
-    machine.get_going(FAR, 0.1)
+    machine.start({"speed_scale": 0.03})
+    machine.get_going(FAR, 0.02)
     machine.ik.process.send_signal(signal.SIGTERM)
     machine.ik.process.send_signal(signal.SIGTERM)
     assert ended_at_rest(machine) == "disabled"

@@ -4,6 +4,7 @@ import os
 import runpy
 import signal
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
@@ -86,8 +87,6 @@ def test_a_signal_ends_a_node_in_silence_that_is_just_getting_ready(client, node
         ("ik_node", ["-p", "base_radius:=0.05"], "anchors of arms 1 and 2 coincide"),
         ("ik_node", ["-p", "velocity_limits:=[1, 1.0, 1]"], "with a decimal point, or none"),
         ("ik_node", ["-p", "ik_nod:speed_scale:=0.1"], "is for /ik_nod, and this node is /ik_node"),
-        ("fk_node", ["--params-file", "nowhere.yaml"], "nowhere.yaml: No such file or directory"),
-        ("fk_node", ["--", "fast"], "unknown argument 'fast'"),
         ("simulator_node", ["-p", "initial_heights:=[0.6, 0.6, 1.0]"], "initial_heights[2] = 1 m"),
         ("simulator_node", ["-r", "nonsense"], "nonsense"),
         ("panel_node", ["-p", "port:=70000"], "port = 70000 must be at most 65535"),
@@ -105,20 +104,15 @@ def test_bad_parameter_files_get_one_line(run_node, tmp_path):
     check_refused(run_node("ik_node", *arguments), reason)
 
 
-def test_arguments_outside_of_those_of_ros_get_one_line(run_node):
-    reason = "ROS arguments stand behind --ros-args"
-    check_refused(run_node("mechanism_node", "--params-file", "a.yaml"), reason)
-
-
 def test_the_demo_refuses_what_it_would_ignore(run_node):
     code, output = run_node("demo", "--ros-args", "-p", "speed_scale:=0.1")
     assert code == 2
     assert "unrecognized arguments: --ros-args -p speed_scale:=0.1" in output
 
 
+# test/settings/test_arguments.py has the text of each node.
 @pytest.mark.parametrize(
-    ("name", "option"),
-    [("ik_node", "-h"), *((name, "--help") for name in (*NODES, "mechanism_node", "demo"))],
+    ("name", "option"), [("ik_node", "-h"), ("mechanism_node", "--help"), ("demo", "--help")]
 )
 def test_help_helps(run_node, name, option):
     code, output = run_node(name, option)
@@ -177,12 +171,15 @@ def test_a_node_tells_what_it_works_with_and_what_changes(client, nodes):
 
 def test_a_storm_of_changes_does_not_flood_the_log(client, nodes):
     node = nodes.start("simulator_node")
+    begin = time.monotonic()
     for number in range(200):
         assert client.set_parameters("simulator_node", {"lag": 0.001 * number}).successful
     last = "lag: 0.198 s -> 0.199 s"
     client.wait_for(lambda: last in node.output, "the last change")
     assert "more in the last second; the latest: lag: " in node.output
-    assert node.output.count("lag: ") < 100
+    # Five in a second, and one for the others; seconds begin and end anywhere.
+    seconds = time.monotonic() - begin
+    assert node.output.count("lag: ") <= 6 * (seconds + 2)
 
 
 def test_integers_may_stand_for_doubles(client, nodes):

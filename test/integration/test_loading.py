@@ -61,10 +61,11 @@ def test_ik_node_loads_nothing_while_it_is_used(client, tmp_path, namespace, mon
         bench.machine.ik.forget_output()
         drive_paths(bench)
         send_targets(bench)
+        bench.under_way().cancel()
         bench.quickly_to(NEAR)
         bench.set_speed(1.0)
         report = GoalStorm(bench.machine, GoalClient(bench.client), seed=7).run(20)
         assert report.wrong == []
         assert report.codes.total() >= 20
-        assert set(report.codes) >= {GoalCode.SUCCEEDED, GoalCode.SUPERSEDED, GoalCode.CANCELED}
+        assert set(report.codes) >= {GoalCode.SUCCEEDED, GoalCode.SUPERSEDED}
         assert [name.strip() for name in IMPORT.findall(bench.machine.ik.output)] == []

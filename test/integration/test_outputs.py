@@ -27,6 +27,7 @@ def seconds(point):
 def test_all_outputs_agree(machine, client):
     arrays = client.record(Float64MultiArray, "forward_command")
     trajectories = client.record(JointTrajectory, "joint_trajectory")
+    setpoints = client.record(JointState, "joint_commands")
     # A linear move is replaced by a sooner plan: that is a second trajectory.
     outputs = ["joint_state", "forward_command", "joint_trajectory"]
     machine.start({"command_outputs": outputs, "motion": "slider", "rate": RATE})
@@ -58,9 +59,12 @@ def test_all_outputs_agree(machine, client):
     assert (np.abs(velocities) <= np.array(LIMITS.velocity) * (1.0 + 1e-6)).all()
     assert (np.abs(accelerations) <= np.array(LIMITS.acceleration) * (1.0 + 1e-6)).all()
     # The trajectory is the one that the stream of setpoints follows, from its first step on.
-    commanded = np.array([machine.heights(message) for message in machine.commands])
-    moving = commanded[np.any(np.diff(commanded, axis=0, prepend=commanded[:1]) != 0.0, axis=1)]
-    clock = PERIOD * np.arange(len(moving))
+    commanded = np.array([machine.heights(message) for message in setpoints])
+    is_moving = np.any(np.diff(commanded, axis=0, prepend=commanded[:1]) != 0.0, axis=1)
+    moving = commanded[is_moving]
+    # By their nominal stamps: a busy computer loses some.
+    stamps = np.array([client.time_of(message) for message in setpoints])[is_moving]
+    clock = PERIOD * (np.diff(stamps, prepend=stamps[0]) // round(1e9 * PERIOD)).cumsum()
     inside = times <= clock[-1]
     for slider in range(3):
         streamed = np.interp(times[inside], clock, moving[:, slider])

@@ -70,7 +70,8 @@ def test_flood_of_targets(running_machine, kind):
     machine = running_machine
     flood(machine, rate=10_000.0, number=FLOOD, kind=kind)
     assert machine.ik.is_running
-    assert f"more in the last second; the latest: refused a target {kind}" in machine.ik.output
+    others = f"more in the last second; the latest: refused a target {kind}"
+    machine.client.wait_for(lambda: others in machine.ik.output, "the end of a second")
     assert machine.ik.output.count(f"refused a target {kind}") < FLOOD / 50
     assert "fault" not in machine.states_since(0)
     assert_normal_target_is_reached(machine)
@@ -88,7 +89,7 @@ def test_hostile_messages_on_every_input(machine):
 
 def test_parameter_storm(running_machine):
     machine, client = running_machine, running_machine.client
-    assert parameter_storm(machine, duration=1.0) > 10
+    parameter_storm(machine, duration=1.0, least=20)
     assert client.set_parameters("ik_node", NORMAL_VALUES).successful
     assert_normal_target_is_reached(machine)
     assert_stretches_within_limits(machine)

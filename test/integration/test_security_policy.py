@@ -34,7 +34,7 @@ def everything(client, nodes, tmp_path, namespace):
     adapter, channel = os.openpty()
     nodes.start("cia402_node", {"channel": os.ttyname(channel)})
     program = tmp_path / "program.gcode"
-    program.write_text("G4 P60\nM2\n")
+    program.write_text("G4 P600\nM2\n")
     # A search for modes lets calibration_node listen to the machine; the program waits.
     ros = ("--ros-args", "-r", f"__ns:={namespace}")
     commands = (

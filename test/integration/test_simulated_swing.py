@@ -15,6 +15,8 @@ RATE = 100.0  # 1/s, of ik_node
 PERIOD = 1.0 / RATE  # s
 START, TARGET = (-0.08, 0.05, 0.25), (0.08, -0.05, 0.25)
 GRAVITY = 9.80665  # m/s^2
+# Samples without one missing; a busy computer gets so many rounds for them.
+ENOUGH, ROUNDS = 150, 10
 # The drives' own setpoints: what the machine does then is the same on a busy computer.
 SWINGING = {
     # More than twice the frequencies by far.
@@ -55,11 +57,14 @@ def places(poses):
     return np.array([(p.x, p.y, p.z) for p in (pose.pose.position for pose in poses)])
 
 
-def frequency_of(values):
-    """Return the frequency of a swing about 0, by when it passes there [Hz]."""
-    before = np.flatnonzero(np.diff(np.sign(values)))
-    times = before + values[before] / (values[before] - values[before + 1])
-    return (len(times) - 1) / (2.0 * PERIOD * (times[-1] - times[0]))
+def modes_in(client, imus):
+    """Return what was found of the modes; samples may be missing."""
+    times = 1e-9 * np.array([client.time_of(imu) for imu in imus])
+    return find_modes(Recording(times, felt(imus), Quantity.ACCELERATION))
+
+
+def frequencies_of(found):
+    return sorted(mode.frequency for mode in found.modes)
 
 
 def collected(client, messages, count=300):
@@ -82,18 +87,19 @@ def test_an_accelerometer_tells_the_frequencies_and_drives_do_not(machine, clien
     assert resting.mean(axis=0) == pytest.approx((0.0, 0.0, GRAVITY), abs=0.005)
     assert resting.std(axis=0) == pytest.approx((0.01,) * 3, rel=0.3)
 
-    machine.move(START)
-    machine.move(TARGET)
-    machine.wait_for_measured_rest()
-    first = len(machine.measured)
-    collected(client, imus)
-    # The swing from its start: later, noise passes 0 more often than what is left of it.
-    moved = [client.time_of(m) for m in machine.measured if max(map(abs, m.velocity)) > 1e-6]
-    swung = [imu for imu in imus if client.time_of(imu) > moved[-1]][:250]
-    told = felt(unbroken(client, swung))
-    for axis in range(2):
-        assert frequency_of(told[:, axis]) == pytest.approx(FREQUENCIES[axis], rel=0.05)
-    assert np.abs(told[:, 2] - GRAVITY).max() < 0.1
+    for _ in range(ROUNDS):
+        machine.move(START)
+        machine.move(TARGET)
+        machine.wait_for_measured_rest()
+        first = len(machine.measured)
+        collected(client, imus)
+        # The swing from its start: later, there is more noise than swing.
+        moved = [client.time_of(m) for m in machine.measured if max(map(abs, m.velocity)) > 1e-6]
+        swung = unbroken(client, [imu for imu in imus if client.time_of(imu) > moved[-1]][:250])
+        if len(swung) >= ENOUGH:
+            break
+    assert frequencies_of(modes_in(client, swung)) == pytest.approx(FREQUENCIES[:2], rel=0.01)
+    assert np.abs(felt(swung)[:, 2] - GRAVITY).max() < 0.1
     # The platform swings, and the sliders rest.
     swing = places([pose for pose in poses if client.time_of(pose) > moved[-1]])
     assert np.ptp(swing[:, :2], axis=0).min() > 1e-5
@@ -114,9 +120,7 @@ def test_where_time_passes_by_the_clock_a_stall_leaves_samples_out_and_the_swing
     client.spin_for(0.1)
     machine.simulator.process.send_signal(signal.SIGCONT)
     told = imus[first : first + 100] + collected(client, imus, 250)
-    times = 1e-9 * np.array([client.time_of(imu) for imu in told])
-    assert np.diff(times).max() > 0.05
-    found = find_modes(Recording(times, felt(told), Quantity.ACCELERATION))
-    frequencies = sorted(mode.frequency for mode in found.modes)
-    assert frequencies == pytest.approx(FREQUENCIES[:2], rel=1e-3)
+    assert np.diff([client.time_of(imu) for imu in told]).max() > 0.05e9
+    found = modes_in(client, told)
+    assert frequencies_of(found) == pytest.approx(FREQUENCIES[:2], rel=1e-3)
     assert found.unexplained < 1e-3

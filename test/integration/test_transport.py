@@ -81,7 +81,7 @@ def test_on_one_computer_a_node_that_was_killed_is_soon_forgotten(client, nodes)
     client.wait_for(is_known, "the node to be found")
     assert node.signal(signal.SIGKILL) == -signal.SIGKILL
     # By default of Fast DDS it would take 20 s.
-    client.wait_for(lambda: not is_known(), "the node to be forgotten", timeout=10.0)
+    client.wait_for(lambda: not is_known(), "the node to be forgotten", timeout=15.0)
 
 
 def test_what_brings_shared_memory_is_warned_of(

@@ -5,8 +5,7 @@ import os
 import re
 import signal
 import subprocess
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from testing.client import Client
 from testing.domain import own_context, own_domain
 from testing.machine import PATIENCE, RATE, Machine
 from testing.processes import TIMEOUT
+from testing.waiting import wait_until
 
 TUTORIALS = ROOT / "docs" / "tutorials"
 # These have tests of their own.
@@ -27,6 +27,8 @@ TESTED_ELSEWHERE = re.compile(
 STAYS = re.compile(r"^(ros2 run \w+ ik_node|python3 out/my_drives\.py)", re.MULTILINE)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 NAP = 0.05  # s
+# A busy computer takes long to start some of them, one after the other.
+PATIENCE_WITH_A_COMMAND = 5.0 * TIMEOUT
 
 
 @pytest.fixture
@@ -87,7 +89,7 @@ def run(program: list[str], folder: Path) -> tuple[int, str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=TIMEOUT,
+        timeout=PATIENCE_WITH_A_COMMAND,
     )
     assert "Traceback" not in done.stdout, done.stdout
     return done.returncode, done.stdout
@@ -153,15 +155,8 @@ def follow(page: str, folder: Path) -> None:
 def first_words_of(code: str, folder: Path) -> str:
     """Start a node, and return what it prints until it has told how it starts."""
     with terminal(code, folder) as node:
-        wait_until(lambda: " starts with " in node.output)
+        wait_until(lambda: " starts with " in node.output, "the node", NAP)
         return node.output
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + TIMEOUT
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(NAP)
 
 
 def test_all_tutorials_are_followed():
@@ -224,9 +219,9 @@ def test_the_tutorial_about_drives_on_a_bus(folder, ros_domain):
     # Near the switches, so that it does not take long.
     drives = f"{TESTED_ELSEWHERE.sub('', prepare).strip()} --heights 0.88 0.89 0.9"
     with own_domain(), own_context() as context, terminal(drives, folder):
-        wait_until((folder / "out" / "can").exists)
+        wait_until((folder / "out" / "can").exists, "the adapter", NAP)
         with terminal(cia402_node, folder) as node:
-            wait_until(lambda: off.strip() in node.output)
+            wait_until(lambda: off.strip() in node.output, "the drives", NAP)
             code, output = run(["bash", "-c", home], folder)
             assert (code, is_told(homed, output)) == (0, True), output
             with terminal(ik_node, folder):

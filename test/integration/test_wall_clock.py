@@ -47,11 +47,11 @@ def test_a_clock_that_is_set_holds_no_command(machine, client, nodes, clock, tmp
 def test_a_clock_that_is_set_in_motion_stops_no_setpoints_and_a_stop_is_heard(
     machine, client, clock
 ):
-    machine.start({"speed_scale": 0.1}, prefix=clock.prefix)
+    machine.start({"speed_scale": 0.05}, prefix=clock.prefix)
     client.stop()
     machine.wait_for_state("idle")
     for place, is_stopped in ((FAR, False), (NEAR, True)):
-        machine.get_going(place, 0.05)
+        machine.get_going(place, 0.03)
         for ahead in SETTINGS:
             count = len(machine.commands)
             clock.set_ahead(ahead)
@@ -62,4 +62,4 @@ def test_a_clock_that_is_set_in_motion_stops_no_setpoints_and_a_stop_is_heard(
         client.wait_for(lambda: not any(machine.commands[-1].velocity), "rest")
         is_there = machine.heights() == pytest.approx(KINEMATICS.inverse(place), abs=1e-5)
         assert is_there is not is_stopped
-    assert_within_limits(machine, speed_scale=0.1)
+    assert_within_limits(machine, speed_scale=0.05)

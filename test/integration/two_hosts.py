@@ -5,13 +5,12 @@ It has to run in a network and mount namespace of its own, where it is root: thi
 """
 
 import subprocess
-import time
 
 import pytest
 
 from testing.commands import KINEMATICS, assert_within_limits
 from testing.domain import set_transport
-from testing.processes import TIMEOUT
+from testing.waiting import wait_until
 from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.ros.starting import CELL
 
@@ -24,11 +23,8 @@ def run(*command):
 
 
 def wait_until_running(host, end):
-    until = time.monotonic() + TIMEOUT
     command = (*host, "ip", "-o", "link", "show", end, "up")
-    while "state UP" not in subprocess.check_output(command, text=True):
-        assert time.monotonic() < until, f"{end} does not run"
-        time.sleep(0.02)
+    wait_until(lambda: "state UP" in subprocess.check_output(command, text=True), end, 0.02)
 
 
 class Cable:

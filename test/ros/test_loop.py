@@ -1,6 +1,7 @@
 """The loop of a node: punctual, never held up, and it hears of everything, whatever happens."""
 
 import itertools
+import math
 import os
 import signal
 import subprocess
@@ -17,6 +18,7 @@ from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
 
 from testing.domain import own_context
+from testing.waiting import wait_until
 from tri_glide_kinematics.ros.loop import Cycle, CycleLoop, UrgentInputs
 
 pytestmark = pytest.mark.nodes
@@ -95,10 +97,7 @@ def numbers(node):
         nonlocal count
         made = node.create_subscription(Int32, "numbers", callback, DEPTH)
         count += 1
-        end = time.monotonic() + BOUND
-        while publisher.get_subscription_count() < count:
-            assert time.monotonic() < end
-            time.sleep(0.001)
+        wait_until(lambda: publisher.get_subscription_count() >= count, "a listener")
         return made
 
     return subscription, lambda number: publisher.publish(Int32(data=number))
@@ -126,6 +125,11 @@ def occupy(duration):
         pass
 
 
+def shortest(times, count):
+    """Return the shortest time that ``count`` in a row took [s]: a computer is not always busy."""
+    return min((last - first for first, last in zip(times, times[count:])), default=math.inf)
+
+
 def assert_never_early(times, begin, period=PERIOD):
     for index, moment in enumerate(times):
         assert moment >= begin + index * period - 1e-6
@@ -134,11 +138,12 @@ def assert_never_early(times, begin, period=PERIOD):
 def test_no_cycle_comes_early_and_none_is_left_out(run):
     steps = Steps()
     begin = time.monotonic()
-    assert run(steps.reach(200), step=steps) == []
+
+    def none_left_out():
+        return len(steps.times) >= 200 and shortest(steps.times, 10) < 10.5 * PERIOD
+
+    assert run(none_left_out, step=steps) == []
     assert_never_early(steps.times, begin)
-    # A busy computer leaves some out, but there is a time when it is not busy.
-    stretches = [later - first for first, later in zip(steps.times, steps.times[10:])]
-    assert min(stretches) < 10.5 * PERIOD
 
 
 def test_after_a_stall_no_cycle_is_made_up_for(run):
@@ -181,7 +186,8 @@ def test_messages_are_handled_in_order_and_none_is_lost(run, numbers):
 def test_what_may_come_early_is_handled_in_the_sleep(run, numbers):
     subscription, publish = numbers
     period = 0.4
-    sent, delays = [], []
+    sent, order = [], []
+    soon, late = [[], []], [[], []]
 
     def step():
         # What comes in while a first one is handled waits for the next cycle.
@@ -189,11 +195,21 @@ def test_what_may_come_early_is_handled_in_the_sleep(run, numbers):
             publish(number)
         sent.append(time.monotonic())
 
-    made = subscription(lambda message: delays.append((message.data, time.monotonic() - sent[-1])))
-    run(lambda: len(delays) >= 9, made, period=period, step=step, early=(made,))
-    assert [number for number, _ in delays[:8]] == [0, 1] * 4
-    assert sorted(delay for number, delay in delays if number == 0)[2] < 0.5 * period
-    assert sorted(delay for number, delay in delays if number == 1)[2] > 0.5 * period
+    def handle(message):
+        delay = time.monotonic() - sent[-1]
+        order.append(message.data)
+        (soon if delay < 0.5 * period else late)[message.data].append(delay)
+
+    made = subscription(handle)
+    # On a busy computer a message may come late in the sleep.
+    run(
+        lambda: len(soon[0]) >= 3 and len(late[1]) >= 3,
+        made,
+        period=period,
+        step=step,
+        early=(made,),
+    )
+    assert order[:6] == [0, 1] * 3
 
 
 def test_a_slow_callback_delays_a_cycle_by_itself_alone(run, numbers):
@@ -280,24 +296,26 @@ def test_what_is_not_urgent_delays_a_cycle_by_one_callback(run, node):
 
 
 def test_many_that_are_not_urgent_do_not_wait_20_ms_each(run, node, numbers):
-    count = 20
-    in_cycle = {}
-    steps = Steps()
-    for index in range(count):
-        node.create_timer(0.2, lambda index=index: in_cycle.setdefault(index, len(steps.times)))
-    run(lambda: len(in_cycle) == count, step=steps)
-    took = max(in_cycle.values()) - min(in_cycle.values())
-    # A busy computer leaves cycles out, and so can only make it fewer.
-    assert took < count * 0.5 * 0.02 / PERIOD
+    count, handled, steps = 20, [], Steps()
+    for _ in range(count):
+        node.create_timer(0.2, lambda: handled.append(len(steps.times)))
+    # So many cycles at most; on a busy computer, in one of the rounds.
+    run(lambda: shortest(handled, count - 1) < count * 0.5 * 0.02 / PERIOD, step=steps)
 
     subscription, publish = numbers
-    in_cycle.clear()
-    subscription(lambda message: in_cycle.setdefault(message.data, len(steps.times)))
-    for index in range(DEPTH):
-        publish(index)
-    run(lambda: len(in_cycle) == DEPTH, step=steps)
-    took = max(in_cycle.values()) - min(in_cycle.values())
-    assert took < DEPTH * 0.5 * 0.02 / PERIOD
+    sent = 0
+    handled.clear()
+    subscription(lambda _: handled.append(len(steps.times)))
+
+    def messages_do_not():
+        nonlocal sent
+        if len(handled) >= sent:
+            sent += DEPTH
+            for _ in range(DEPTH):
+                publish(0)
+        return shortest(handled, DEPTH - 1) < DEPTH * 0.5 * 0.02 / PERIOD
+
+    run(messages_do_not, step=steps)
 
 
 def test_what_a_node_takes_by_itself_is_left_to_it(run, node, numbers):
@@ -411,19 +429,19 @@ def test_services_are_served(run, node, period, is_urgent):
 
 def test_a_node_without_a_period_reacts_to_each_message(run, node, numbers):
     subscription, publish = numbers
-    received, turns = [], []
+    received, turns, turns_at = [], [], []
 
     def answer(message):
         received.append(message.data)
+        turns_at.append(len(turns))
         publish(message.data + 1)
 
     urgent = subscription(answer)
     publish(0)
     node.create_timer(0.001, lambda: turns.append(None))
-    run(lambda: len(received) >= 500, urgent, period=None)
-    assert received == list(range(len(received)))
     # Each is answered as soon as it is there: at the turns of all else two could be, at most.
-    assert len(turns) < 125
+    run(lambda: shortest(turns_at, 100) < 25, urgent, period=None)
+    assert received == list(range(len(received)))
 
 
 @pytest.mark.parametrize("period", [PERIOD, LONG, None])
@@ -445,6 +463,7 @@ NODE_THAT_SLEEPS = """
 import signal, rclpy
 from rclpy.node import Node
 from testing.domain import own_context
+from testing.waiting import wait_until
 from tri_glide_kinematics.ros.loop import Cycle, CycleLoop
 
 signal.signal(signal.SIGINT, lambda *_: None)
@@ -474,16 +493,19 @@ def test_a_signal_in_the_sleep_ends_the_loop(context, number):
 def test_work_is_told_until_when_it_has_time(run):
     steps = Steps()
     given = []
+
+    def in_time():
+        return [until for until, _, now in given if now < until]
+
+    # A busy computer is late with others.
     run(
-        lambda: len(given) >= 50,
+        lambda: len(in_time()) >= 25,
         step=steps,
         work=lambda until: given.append((until, len(steps.times), time.monotonic())),
     )
-    assert [count for _, count, _ in given] == list(range(1, 51))
+    assert [count for _, count, _ in given] == list(range(1, len(given) + 1))
     for (until, _, _), (later, _, _) in itertools.pairwise(given):
         cycles = (later - until) / PERIOD
         assert cycles == pytest.approx(round(cycles), abs=1e-6)
         assert cycles > 0.5
-    in_time = [until for until, _, now in given if now < until]
-    assert len(in_time) > 25
     assert all(until - now < PERIOD for until, _, now in given)

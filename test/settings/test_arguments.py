@@ -2,7 +2,7 @@
 
 import pytest
 
-from tri_glide_kinematics.settings import FK_NODE, check_arguments, help_text, help_wanted, in_words
+from tri_glide_kinematics.settings import NODES, check_arguments, help_text, help_wanted, in_words
 from tri_glide_kinematics.settings.arguments import ArgumentError, parameter_files, parameter_rules
 
 
@@ -102,9 +102,10 @@ def test_help_says_what_the_node_does_and_takes():
     assert help_wanted(["--help"])
     assert help_wanted(["--ros-args", "-h"])
     assert not help_wanted(["--ros-args", "-p", "a:=1"])
-    text = help_text("fk_node", "Tells where the platform is.", FK_NODE)
-    for part in ("fk_node [--ros-args ...]", "Tells where", "--params-file FILE", "__ns:="):
-        assert part in text
-    for entry in FK_NODE:
-        assert f"  {entry.name} (" in text
+    for name, table in NODES.items():
+        text = help_text(name, "Tells where the platform is.", table)
+        for part in (f"{name} [--ros-args ...]", "Tells where", "--params-file FILE", "__ns:="):
+            assert part in text
+        for entry in table:
+            assert f"  {entry.name} (" in text
     assert "no parameters" in help_text("mechanism_node", "Answers.", ())

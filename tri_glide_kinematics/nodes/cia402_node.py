@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.service import Service
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
@@ -59,15 +61,6 @@ NOT_HEARD = (GroupState.SILENT, GroupState.FAULT, GroupState.BUS_LOST)
 ENDS = {Home.Result.SUCCEEDED: GoalEnd.SUCCEEDED, Home.Result.CANCELED: GoalEnd.CANCELED}
 
 
-class _Asked(NamedTuple):
-    """A call of a service that waits for the drives to be in a state."""
-
-    service: Service
-    header: Any
-    wanted: GroupState
-    until: float
-
-
 @dataclass(eq=False)
 class _Homing:
     """A goal of ``~/home``: it goes on until it has a code."""
@@ -102,7 +95,6 @@ class Cia402Node(Node):
         self._group = DriveGroup(self._bus, drive_group_settings_of(values))
         self._told: tuple[GroupState | None, str] = None, ""
         self._told_at = self._served_at = self._heard_at = -math.inf
-        self._asked: list[_Asked] = []
         self._homing = _Homing(Home.Result.CANCELED)
         self._ends = False
         self._now = self.get_clock().now
@@ -114,9 +106,13 @@ class Cia402Node(Node):
         commands = self.create_subscription(
             JointState, "joint_commands", self._on_command, EACH_SETPOINT, raw=True
         )
-        self._offered = tuple(
-            self.create_service(kind, name, _never, qos_profile=CALLS)
-            for kind, name in ((SetBool, "~/enable"), (Trigger, "~/reset"))
+        # A call that waits for the drives keeps no other from its turn.
+        group = ReentrantCallbackGroup()
+        self.create_service(
+            SetBool, "~/enable", self._on_enable, qos_profile=CALLS, callback_group=group
+        )
+        self.create_service(
+            Trigger, "~/reset", self._on_reset, qos_profile=CALLS, callback_group=group
         )
         DiagnosticsPublisher(self, self._health)
         # To wait for a client is to be silent on the bus: never while drives listen.
@@ -141,7 +137,6 @@ class Cia402Node(Node):
             early=(commands,),
             may_end=self._may_end,
             end=self._end,
-            own=frozenset(self._offered),
         )
 
     def _cycle(self) -> None:
@@ -167,12 +162,6 @@ class Cia402Node(Node):
 
     def _serve(self, now: float) -> None:
         self._tell(now)
-        for service in self._offered:
-            kind: Any = service.srv_type
-            request, header = service.handle.service_take_request(kind.Request)
-            if header is not None:
-                self._ask(service, header, request, now)
-        self._asked = [asked for asked in self._asked if not self._has_answered(asked, now)]
         self._look_at_homing()
         self._home.look()
         self._home.answer()
@@ -202,32 +191,33 @@ class Cia402Node(Node):
         texts = (group.state.value, group.message, "" if is_known else "not homed")
         return ": ".join(filter(None, texts))
 
-    def _ask(self, service: Service, header: Any, request: Any, now: float) -> None:
-        """Begin what a call asks for; it is answered when it is known what has come of it."""
-        wanted = GroupState.OFF
-        try:
-            if service.srv_type is Trigger:
-                self._group.reset(now)
-            elif request.data:
-                wanted = GroupState.ON
-                self._group.enable(now)
-            else:
-                self._group.disable(now)
-        except KinematicsError as error:
-            _answer(service, header, False, str(error))
-        else:
-            self._asked.append(_Asked(service, header, wanted, now + LONGEST_ANSWER))
+    async def _on_enable(
+        self, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
+        if request.data:
+            return await self._answer(response, self._group.enable, GroupState.ON)
+        return await self._answer(response, self._group.disable, GroupState.OFF)
 
-    def _has_answered(self, asked: _Asked, now: float) -> bool:
-        """Answer a call, if the drives are where they stay, or time is over."""
-        state, is_over = self._group.state, now >= asked.until
-        if state not in LASTING and not is_over:
-            return False
+    async def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return await self._answer(response, self._group.reset, GroupState.OFF)
+
+    async def _answer(self, response: Any, ask: Callable[[float], None], wanted: GroupState) -> Any:
+        """Ask the drives; answer once they are where they stay, or time is over."""
+        now = time.monotonic()
+        try:
+            ask(now)
+        except KinematicsError as error:
+            response.message = str(error)
+            return response
+        end = now + LONGEST_ANSWER
+        while self._group.state not in LASTING and time.monotonic() < end:
+            await asyncio.sleep(0)
+        state = self._group.state
         if state is GroupState.ENABLING:
             # Who was told that there is no torque does not get it later.
-            self._group.disable(now)
-        _answer(asked.service, asked.header, state is asked.wanted, self._text)
-        return True
+            self._group.disable(time.monotonic())
+        response.success, response.message = state is wanted, self._text
+        return response
 
     def _begin_homing(self, _: Home.Goal) -> _Homing:
         now = time.monotonic()
@@ -312,12 +302,3 @@ class Cia402Node(Node):
         self._home.answer()
         self._patient.end()
         self._bus.close()
-
-
-def _answer(service: Service, header: Any, success: bool, message: str) -> None:
-    kind: Any = service.srv_type
-    service.send_response(kind.Response(success=success, message=message), header)
-
-
-def _never(*_: object) -> None:
-    """Stand for the callback of services whose calls the cycle takes by itself."""

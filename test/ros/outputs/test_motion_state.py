@@ -2,7 +2,6 @@
 
 import itertools
 import math
-import time
 
 import pytest
 from joined_domain import joined_domain
@@ -11,6 +10,7 @@ from rclpy.node import Node
 from rclpy.serialization import serialize_message
 
 from testing.taking import taken
+from testing.waiting import wait_until
 from tri_glide_interfaces.msg import MotionState
 from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.ros.outputs import Motion, MotionStates, read_motion
@@ -18,7 +18,6 @@ from tri_glide_kinematics.ros.outputs.motion_state import NEWEST
 
 pytestmark = pytest.mark.nodes
 
-BOUND = 20.0  # s, for what takes a fraction of this
 PERIOD = 0.002  # s
 NUMBERS = itertools.count()
 
@@ -48,7 +47,7 @@ class Telling:
         self.subscription = self.node.create_subscription(
             MotionState, self.topic, lambda message: None, NEWEST
         )
-        wait_for(lambda: self.due_in(1000))
+        wait_until(lambda: self.due_in(1000), "a listener")
 
     def take(self):
         messages = []
@@ -57,15 +56,8 @@ class Telling:
             messages.extend(taken(self.subscription))
             return messages
 
-        wait_for(has_come)
+        wait_until(has_come, "a message")
         return messages[0]
-
-
-def wait_for(condition):
-    end = time.monotonic() + BOUND
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.001)
 
 
 @pytest.fixture
@@ -79,7 +71,7 @@ def test_nothing_is_due_while_nobody_listens(telling):
     told.listen()
     assert told.due_in(1000) == 100
     told.node.destroy_subscription(told.subscription)
-    wait_for(lambda: told.due_in(1000) == 0)
+    wait_until(lambda: told.due_in(1000) == 0, "nobody to listen")
 
 
 @pytest.mark.parametrize(

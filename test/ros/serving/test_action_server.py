@@ -2,6 +2,7 @@
 
 import itertools
 import time
+from uuid import uuid4
 
 import pytest
 from action_msgs.msg import GoalStatus, GoalStatusArray
@@ -65,7 +66,7 @@ class Desk:
             goal_service_qos_profile=DEEP,
             result_service_qos_profile=DEEP,
         )
-        self.longest = 0.0
+        self.served = []
         spin_once = client.spin_once
 
         def spin_and_serve(longest_nap=0.001):
@@ -73,7 +74,7 @@ class Desk:
             self.server.look()
             self.server.answer()
             self.server.publish()
-            self.longest = max(self.longest, time.monotonic() - begin)
+            self.served.append(time.monotonic() - begin)
             spin_once(0.001)
 
         client.spin_once = spin_and_serve
@@ -173,7 +174,7 @@ def test_the_list_of_states_stays_short_and_results_are_forgotten_later(monkeypa
         desk.client.wait_for(again.done, "an answer")
         return again.result().status
 
-    desk.client.wait_for(is_listed, "the first goal to be listed no more", 5.0)
+    desk.client.wait_for(is_listed, "the first goal to be listed no more")
     assert status() == GoalStatus.STATUS_SUCCEEDED
     monkeypatch.setattr(action_server, "KEPT", 0.0)
     assert status() == GoalStatus.STATUS_UNKNOWN
@@ -195,7 +196,7 @@ def test_of_many_results_the_newest_are_kept(monkeypatch, request):
         desk.client.wait_for(lambda: all(answer.done() for answer in answers), "the answers")
         return [answer.result().status == GoalStatus.STATUS_SUCCEEDED for answer in answers]
 
-    desk.client.wait_for(lambda: known() == [False, False, True, True], "two results", 5.0)
+    desk.client.wait_for(lambda: known() == [False, False, True, True], "two results")
 
 
 def test_no_goal_of_a_burst_is_lost(desk):
@@ -222,13 +223,16 @@ def test_a_client_that_is_not_connected_in_full_holds_nobody_up(desk, unfit_cont
     )
 
     def heard():
-        unfit.call_async(MoveTo.Impl.SendGoalService.Request())
+        request = MoveTo.Impl.SendGoalService.Request()
+        request.goal_id.uuid = list(uuid4().bytes)
+        unfit.call_async(request)
         desk.client.spin_once()
-        return desk.begun
+        return len(desk.begun) >= 20
 
-    desk.client.wait_for(heard, "its request")
+    desk.client.wait_for(heard, "its requests")
     desk.client.spin_for(0.3)
-    assert desk.longest < BLOCK
+    # Each answer would do so; a busy computer does so now and then.
+    assert sum(int(time / BLOCK) for time in desk.served) < len(desk.begun) / 2
     unfit_context.destroy_client(unfit)
     before = len(desk.begun)
     sent = desk.send().wait_until_accepted()
