@@ -24,7 +24,7 @@ from tri_glide_kinematics.vectors import Vector3, minus, plus, scaled
 # The machine gets newer motion of a part if that moves the place of the grip by this [m], but not
 # more often than this [s].
 RENEWED_FROM = 2e-5
-RENEWED_AFTER = 0.02
+RENEWED_AFTER = 0.01
 
 # Period of looking for a part while the machine is free, and for parts that have passed while it is
 # not [s].

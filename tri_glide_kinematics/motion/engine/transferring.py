@@ -184,6 +184,7 @@ class Transferring:
             return Replanned(held)
         delay = goal.lead + (limits.shaper.delay if limits.shaper is not None else 0.0)
         age = self._begins(start) - seen + delay
+        motion = motion._replace(outputs=goal.stations[station].outputs)
         renewed = yield from self._planner(goal).renewed(
             plan, start, motion, age, limits.effective, goal.allowed
         )

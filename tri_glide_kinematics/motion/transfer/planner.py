@@ -113,6 +113,10 @@ SAME_KNOT = 1e-5
 CATCHING_UP = 0.06
 PARTS_FOR_MORE = (0.8, 0.4, 0.4)
 
+# After a change that comes too late for the way down, the platform stays at the place for so much
+# longer [s]; not for less than this part of what is allowed.
+STAYS_LONGER, STAYS_FOR = (0.03, 0.06, 0.1), 0.5
+
 # A place that is missed by this part of what is allowed is met.
 UNSEEN = 0.1
 
@@ -198,7 +202,7 @@ class TransferPlanner:
         Args:
             plan: that is driven.
             time: in it, when the next one begins [s].
-            station: how the place moves.
+            station: how the place moves, and what is told there.
             age: time from that of the station to then [s].
             limits: of the sliders.
             allowed: so far from the place the platform may be at the arrival [m].
@@ -215,11 +219,17 @@ class TransferPlanner:
             return None
         end = leg.begin + leg.plan.duration
         # What is asked of the place is that it is met at the arrival, and kept to in the dwell.
+        # After a late change it is met by the end of that, when a gripper has closed.
         instant = leg.arrival if now < leg.arrival else end
-        there = plus(frame_at(leg, instant).displacement, end_of(leg.base))
+        there, last = (
+            plus(frame_at(leg, each).displacement, end_of(leg.base)) for each in (instant, end)
+        )
         place = on_slope(station.after(age - now), there, leg.slope)
         missed = math.dist(there, place.after(instant).position)
-        if missed <= UNSEEN * allowed or end - now <= CATCHING_UP:
+        missed_at_last = math.dist(last, place.after(end).position)
+        # It may stay longer until something is told there, as to a gripper.
+        told = leg.arrival + min((after for after, _ in station.outputs), default=0.0)
+        if missed <= UNSEEN * allowed or now >= max(told, end - CATCHING_UP):
             return None
         refusal: KinematicsError | None = None
         held = plus(frame_at(leg, now).displacement, end_of(leg.base))
@@ -228,8 +238,8 @@ class TransferPlanner:
         quickest = _time_for(off, turned, limits)
         latest = max(leg.arrival, now + CATCHING_UP)
         rate = 1.0
-        for met in dict.fromkeys((max(leg.upright, now + quickest), latest)):
-            if met > latest:
+        for met in sorted({max(leg.upright, now + quickest), latest, end}):
+            if met > end:
                 continue
             try:
                 carried = self._renewed_leg(leg, now, place, met)
@@ -254,6 +264,16 @@ class TransferPlanner:
             except KinematicsError as error:
                 refusal = error
                 break
+            yield
+        # The way down may need all jerk that there is: then it is caught up with at its end.
+        stays = STAYS_LONGER if now < told and missed_at_last > STAYS_FOR * allowed else ()
+        for longer in stays:
+            later = leg._replace(arrival=leg.arrival + longer)
+            try:
+                carried = self._renewed_leg(later, now, place, later.arrival + later.dwell)
+                return (yield from self._met(plan, index, place, *carried, limits))
+            except KinematicsError as error:
+                refusal = error
             yield
         if missed <= allowed:
             return None
