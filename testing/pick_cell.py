@@ -16,7 +16,6 @@ from tri_glide_kinematics.motion.engine import Transfer
 from tri_glide_kinematics.picking import (
     BeltMotion,
     GivingUp,
-    GripperOrder,
     Machine,
     PartEvent,
     Parts,
@@ -140,8 +139,8 @@ class Cell:
             self.picker.see(sighting)
         passed = [*controller.passed_outputs]
         controller.passed_outputs.clear()
-        for order in passed:
-            self.gripper.order(order.closes, now)
+        for closes in passed:
+            self.gripper.order(closes, now)
         self.gripper.step(now, self.position)
         if passed or self._cycles % ASKED_EACH == 0:
             self._carry_out(self.picker.step(now, self._machine(passed)))
@@ -153,7 +152,7 @@ class Cell:
         """Where the platform truly is [m]."""
         return MACHINE.forward(self.heights)
 
-    def _machine(self, passed: Sequence[GripperOrder]) -> Machine:
+    def _machine(self, passed: Sequence[bool]) -> Machine:
         controller = self.controller
         progress, transfer = controller.transfer_progress, self._transfer
         arrivals: tuple[float, ...] = ()

@@ -276,19 +276,6 @@ class Keys:
         self._known.append(key)
         return key in self._values
 
-    def within(self, place: str, values: Any) -> Keys:
-        """Return the keys of an entry at a ``place`` in the same file.
-
-        Raises:
-            FileError: if ``values`` are no keys with values.
-        """
-        return Keys(self._file, place, values, self.error_class)
-
-    def has(self, key: str) -> bool:
-        """Return whether something stands under a ``key``, which is known here."""
-        self._known.append(key)
-        return key in self._values
-
     def value(self, key: str, default: Any = None) -> Any:
         """Return what stands under a ``key``, as it is.
 

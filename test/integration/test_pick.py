@@ -5,12 +5,16 @@ from __future__ import annotations
 import signal
 
 import pytest
+import yaml
+from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
+from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from testing.client import LATCHED
 from tri_glide_interfaces.action import Pick
 from tri_glide_interfaces.msg import Output, PartEvent, PickState
+from tri_glide_interfaces.srv import TeachPick
 from tri_glide_kinematics.ros.goal_sender import SentGoal
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 
@@ -103,3 +107,69 @@ def test_a_stop_of_the_machine_ends_the_run_and_the_gripper_stays_closed(cell, c
     assert cell.outcomes().count(PartEvent.LOST) == 1
     assert len(cell.outputs) == closed
     client.wait_for(lambda: not cell.states[-1].running, "no run")
+
+
+def test_a_run_that_is_cancelled_places_the_part_that_it_has_and_begins_no_other(cell, client):
+    goal = cell.run()
+    client.wait_for(lambda: cell.outputs and cell.outputs[-1].value, "a part in the gripper", 60.0)
+    goal.cancel()
+    result = cell.end_of(goal)
+    assert (result.code, goal.status) == (Pick.Result.CANCELED, GoalStatus.STATUS_CANCELED)
+    # The next part may have been begun already: it is placed, too.
+    assert 1 <= result.placed <= 2 and not result.lost
+    placed = result.placed
+    client.wait_for(lambda: cell.outcomes().count(PartEvent.PLACED) == placed, "events")
+    assert [output.value for output in cell.outputs][-2:] == [1.0, 0.0]
+    told = len(cell.outputs)
+    cell.machine.wait_for_state("idle")
+    client.spin_for(1.0)
+    assert len(cell.outputs) == told
+    assert not cell.states[-1].running and not cell.states[-1].target
+    assert cell.outcomes().count(PartEvent.PLACED) == placed
+
+
+def test_the_belt_is_taught_by_two_touches_of_one_mark(machine, client, nodes, tmp_path):
+    """Touch, run, touch: what is found is used, and kept for the next start."""
+    machine.start(FASTER, FASTER)
+    taught, wrong = tmp_path / "taught.yaml", {"belt_direction": [0.0, 1.0, 0.0]}
+    values = {**PICKS, **wrong, "metres_per_count": 0.5, "taught_file": str(taught)}
+    nodes.start("pick_node", values)
+    states = client.record(PickState, "pick_node/pick_state", LATCHED)
+    reports = client.record(JointState, "belt_states")
+    # It rests, runs, and rests again.
+    speeds = [0.0, 0.0, 1.0, 5.0, 0.05, 1.0, 7.0, 0.0, 1.0]
+    nodes.start("simulated_cell_node", {"belt_speeds": speeds})
+    mark = (-0.05, 0.03, 0.3)
+
+    def touched(run):
+        """Return the answer, with the gripper on the mark after the belt has run so far [m]."""
+        x, y, z = mark
+        client.send_pose((x + run, y, z))
+
+        def is_there():
+            told = machine.states[-1]
+            place = told.position.x, told.position.y, told.position.z
+            return told.state == told.IDLE and place == pytest.approx((x + run, y, z), abs=1e-4)
+
+        client.wait_for(is_there, "the gripper on the mark")
+        return client.call(TeachPick, "pick_node/teach", TeachPick.Request(what="belt"))
+
+    client.wait_for(lambda: states and reports, "a belt")
+    begin = reports[-1].position[0]
+    first = touched(0.0)
+    assert not first.success and "at least 2" in first.message
+    client.wait_for(lambda: reports[-1].position[0] > begin + 0.05, "a belt that runs")
+    client.wait_for(
+        lambda: len(reports) > 50 and reports[-1].position == reports[-20].position, "its rest"
+    )
+    run = reports[-1].position[0] - begin
+    second = touched(run)
+    assert second.success, second.message
+    kept = yaml.safe_load(taught.read_text())
+    assert kept["belt_direction"] == pytest.approx((1.0, 0.0, 0.0), abs=0.01)
+    assert kept["metres_per_count"] == pytest.approx(1.0, rel=0.01)
+    # The position that it tells is in metres now.
+    client.wait_for(
+        lambda: states[-1].belt_position == pytest.approx(reports[-1].position[0], abs=0.002),
+        "the belt by what was taught",
+    )

@@ -60,6 +60,18 @@ def test_a_belt_that_speeds_up_without_notice_is_foreseen_until_the_grip(speed, 
     assert 0.0 < steady < 1e-3
 
 
+@pytest.mark.parametrize("speed, wanted", [(0.1, 0.3), (0.3, 0.1)])
+def test_an_acceleration_is_known_60_ms_after_it_has_begun(speed, wanted):
+    drawn = random.Random(seed(4))
+    for _ in range(many(6)):
+        begin = 1.5 + drawn.uniform(0.0, PERIOD)
+        belt, motion = belt_of(speed, (begin, wanted, 0.2)), BeltMotion(STEP)
+        told(motion, belt, 0.0, begin + 0.06)
+        # Without it, it would be 2.25 mm.
+        grip = begin + 0.15
+        assert abs(motion.at(grip).position - belt.at(grip)[0]) < 1e-3
+
+
 @pytest.mark.parametrize("changes", [(0.3, 0.0), (0.0, 0.3), (0.3, -0.3), (0.05, 0.06)])
 def test_a_belt_that_changes_its_speed_at_once_is_noticed_within_50_ms(changes):
     before, after = changes

@@ -39,6 +39,17 @@ def test_at_a_constant_speed_the_gripper_is_on_the_part(speed, delay, latency):
     assert told == pytest.approx(cell.errors(), abs=2e-5)
 
 
+def test_a_change_of_speed_just_before_the_grip_is_caught_up_with():
+    """The platform stays at the part for somewhat longer: the way down needs all jerk itself."""
+    grip = cell_of(0.1, 1, drive_delay=0.01).run_until(lambda cell: bool(cell.outcomes), 20.0)
+    for before in (0.095, 0.11, 0.13, 0.16):
+        changes = ((grip.gripper.grips[0].time - before, 0.3, 0.2),)
+        cell = cell_of(0.1, 1, changes, drive_delay=0.01)
+        cell.run_until(lambda cell: bool(cell.outcomes), 20.0)
+        assert outcomes(cell) == {PartOutcome.PLACED: 1}
+        assert max(cell.errors()) < 1e-3, before
+
+
 def test_a_belt_that_stops_and_reverses_ends_no_part_twice_and_nothing_below_the_parts():
     changes = [(6.0, 0.0, 5.0), (7.0, 0.1, 5.0), (8.3, -0.1, 5.0), (9.0, 0.15, 5.0)]
     cell = cell_of(0.15, 5, changes, spacing=0.2)

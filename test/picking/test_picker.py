@@ -13,7 +13,6 @@ from tri_glide_kinematics.picking import (
     CycleTimes,
     GivingUp,
     GripperClosedError,
-    GripperOrder,
     Machine,
     PartOutcome,
     Parts,
@@ -23,6 +22,7 @@ from tri_glide_kinematics.picking import (
     Places,
     Readings,
     Renewal,
+    RunEnd,
     SimulatedBelt,
     SimulatedCamera,
     SimulatedEncoder,
@@ -49,7 +49,7 @@ class IdealMachine:
         # Of the present transfer; of all: arrivals, stations, and as of when these are.
         self.arrivals: list[float] = []
         self.visits: list[tuple[float, Station, float]] = []
-        self.outputs: list[tuple[float, GripperOrder]] = []
+        self.outputs: list[tuple[float, bool]] = []
 
     def take(self, task: Transfer | Renewal | GivingUp | None, now: float) -> None:
         if isinstance(task, Transfer):
@@ -115,8 +115,8 @@ class Cell:
             for sighting in self.camera.take(self.now):
                 self.picker.see(sighting)
             state = self.machine.look(self.now)
-            for told in state.passed:
-                self.gripper.order(told.closes, self.now)
+            for closes in state.passed:
+                self.gripper.order(closes, self.now)
             self.holds = self.gripper.step(self.now, plus(state.position, POINT))
             task = self.picker.step(self.now, state._replace(holds=self.holds))
             self.machine.take(task, self.now)
@@ -148,7 +148,7 @@ def test_parts_are_placed_in_their_places_from_a_belt_that_changes_its_speed():
     tray = grid((0.2, 0.2, 0.0), (2, 3), ((0.05, 0.0, 0.0), (0.0, 0.03, 0.0)))
     cell = started(*changes, places=Places(tray)).run(has_ended)
     assert cell.outcomes() == [PartOutcome.PLACED] * 6
-    assert "full" in cell.picker.text
+    assert cell.picker.end is RunEnd.PLACES_FULL
     for part, place in zip(cell.parts, tray):
         assert math.dist(part.placed, place) < 1e-9
     for grip, event in zip(cell.gripper.grips, cell.picker.events):
@@ -199,11 +199,21 @@ def test_whatever_ends_a_transfer_gives_one_outcome_and_nothing_begins_again(hap
 
 def test_a_gripper_that_somebody_else_has_closed_is_emptied_first():
     cell = Cell()
-    cell.picker.note_gripper(is_closed=True)
+    cell.picker.step(0.0, Machine((0.0, 0.0, 0.1), passed=[True]))
     with pytest.raises(GripperClosedError):
         cell.picker.run()
-    cell.picker.note_gripper(is_closed=False)
+    cell.picker.step(0.0, Machine((0.0, 0.0, 0.1), passed=[False]))
     cell.picker.run()
+
+
+def test_a_gripper_that_closes_with_no_part_to_be_gripped_ends_the_run():
+    """Whoever has closed it: it may hold something, which nobody knows."""
+    cell = started().run(lambda cell: cell.now > 1.0)
+    assert not cell.picker.target
+    cell.picker.step(cell.now, cell.machine.machine._replace(passed=[True]))
+    assert cell.picker.end is RunEnd.GRIPPER_CLOSED
+    with pytest.raises(GripperClosedError):
+        cell.picker.run()
 
 
 def test_a_sensor_tells_what_was_missed_and_what_was_lost_and_the_places_stay_free():
@@ -240,7 +250,7 @@ def test_while_the_encoder_is_silent_no_transfer_is_begun_and_one_is_given_up(be
 def test_a_run_ends_when_the_belt_is_silent_for_long_and_does_not_begin_again():
     cell = started(silences=[(1.95, 5.0)]).run(has_ended)
     assert cell.now == pytest.approx(1.95 + 0.1 + 2.0, abs=0.1)
-    assert "not heard" in cell.picker.text
+    assert (cell.picker.end, cell.picker.text) == (RunEnd.BELT_SILENT, RunEnd.BELT_SILENT.value)
     tasks = len(cell.tasks)
     cell.run(lambda cell: cell.now > 7.0)
     assert len(cell.tasks) == tasks
@@ -271,7 +281,7 @@ def test_a_transfer_that_fails_costs_one_part_and_one_that_has_gone_up_with_its_
     cell.run(lambda cell: len(cell.machine.transfer.stations) == 1)
     cell.machine.end(GoalCode.REFUSED, "too heavy")
     cell.run(has_ended)
-    assert cell.picker.text == "too heavy"
+    assert (cell.picker.end, cell.picker.text) == (RunEnd.TRANSFER_FAILED, "too heavy")
     assert cell.picker.events[-1].part.outcome is PartOutcome.LOST
 
 
@@ -289,10 +299,12 @@ def test_a_gripper_that_closes_just_after_the_transfer_was_given_up_has_the_part
 
 def test_a_run_that_is_to_finish_places_what_it_has_begun():
     cell = started().run(lambda cell: cell.gripper.held)
-    cell.picker.finish("enough")
+    cell.picker.finish(RunEnd.STOPPED)
+    # The first reason counts.
+    cell.picker.finish(RunEnd.CANCELED)
     cell.run(has_ended)
     assert cell.outcomes() == [PartOutcome.PLACED] * 2
-    assert cell.picker.text == "enough"
+    assert cell.picker.end is RunEnd.STOPPED
 
 
 def test_a_machine_whose_cycles_come_late_is_told_anew_where_its_part_is_then():

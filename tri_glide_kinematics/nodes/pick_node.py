@@ -35,15 +35,14 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import GoalCode, Station
 from tri_glide_kinematics.motion.engine import Transfer as TransferCommand
 from tri_glide_kinematics.picking import (
-    ALL_PLACED,
     GivingUp,
-    GripperOrder,
     Lessons,
     Machine,
     Observed,
     PartEvent,
     PartOutcome,
     Renewal,
+    RunEnd,
     Sighting,
     TaughtBelt,
 )
@@ -105,6 +104,14 @@ MOST_VIEWS, SEEN_OF_LATE = 500, 2.0
 UNKNOWN: Vector3 = (math.nan, math.nan, math.nan)
 
 ENDS = {Pick.Result.SUCCEEDED: GoalEnd.SUCCEEDED, Pick.Result.CANCELED: GoalEnd.CANCELED}
+# All others are a failure.
+CODES = {
+    RunEnd.ALL_PLACED: Pick.Result.SUCCEEDED,
+    RunEnd.PLACES_FULL: Pick.Result.SUCCEEDED,
+    RunEnd.CANCELED: Pick.Result.CANCELED,
+    RunEnd.STOPPED: Pick.Result.STOPPED,
+    RunEnd.SHUTDOWN: Pick.Result.SHUTDOWN,
+}
 COUNTED = {
     PartOutcome.PLACED: "placed",
     PartOutcome.MISSED: "missed",
@@ -170,9 +177,8 @@ class PickNode(Node):
         self._holds: bool | None = False if self._values["has_sensor"] else None
         self._goal: SentGoal | None = None
         self._transfer: TransferCommand | None = None
-        # Orders of the gripper that were given and are not told yet; those that were since.
-        self._ordered: deque[GripperOrder] = deque()
-        self._passed: list[GripperOrder] = []
+        # What the gripper was told since the last cycle: to close, or to open.
+        self._passed: list[bool] = []
         self._lessons = Lessons()
         self._views: deque[_View] = deque(maxlen=MOST_VIEWS)
         self._reach_since: float | None = None
@@ -203,7 +209,8 @@ class PickNode(Node):
             "~/run",
             self._patient,
             begin=self._begin,
-            cancel=self._cancel,
+            # Only a goal that goes on is cancelled, and no two do.
+            cancel=lambda _: self._picker.finish(RunEnd.CANCELED),
             end=lambda run: None if run.code is None else ENDS.get(run.code, GoalEnd.ABORTED),
             result=lambda run: Pick.Result(code=run.code, text=run.text, **self._counted(run)),
             feedback=lambda run: Pick.Feedback(**self._counted(run)),
@@ -229,9 +236,6 @@ class PickNode(Node):
         goal, transfer = self._goal, self._transfer
         if transfer is not None and transfer.outcome is None and goal is not None and goal.result:
             transfer.end(GoalCode(goal.result.code), goal.result.text)
-            if goal.result.code != Transfer.Result.SUCCEEDED:
-                untold = {order for station in transfer.stations for _, order in station.outputs}
-                self._ordered = deque(each for each in self._ordered if each not in untold)
         self._carry_out(self._picker.step(now, self._machine_now(now)), now)
         self._passed.clear()
         for event in self._picker.events:
@@ -320,10 +324,9 @@ class PickNode(Node):
         for station in transfer.stations:
             told = TransferStation(dwell=station.dwell)
             _write_motion(told, station)
-            for after, order in station.outputs:
-                self._ordered.append(order)
+            for after, closes in station.outputs:
                 told.output_times.append(after)
-                told.outputs.append(self._output(closes=order.closes))
+                told.outputs.append(self._output(closes=closes))
             goal.stations.append(told)
         self._transfer, self._reach_since = transfer, now
         self._goal = SentGoal(self._transfers, goal)
@@ -418,16 +421,8 @@ class PickNode(Node):
 
     def _on_output(self, message: Output) -> None:
         values = self._values
-        if (message.name, message.number) != (values["gripper_output"], values["gripper_number"]):
-            return
-        closes = message.value != 0.0
-        for order in self._ordered:
-            if order.closes == closes:
-                self._ordered.remove(order)
-                self._passed.append(order)
-                return
-        # Somebody else has moved it, or this node before it was started anew.
-        self._picker.note_gripper(is_closed=closes)
+        if (message.name, message.number) == (values["gripper_output"], values["gripper_number"]):
+            self._passed.append(message.value != 0.0)
 
     def _on_machine(self, message: MachineState) -> None:
         self._machine, self._heard_at = message, time.monotonic()
@@ -439,7 +434,7 @@ class PickNode(Node):
         response.success = True
         response.message = "begins no other part" if self._picker.is_running else "no run goes on"
         if self._run.code is None:
-            self._picker.finish("stopped by ~/stop")
+            self._picker.finish(RunEnd.STOPPED)
         return response
 
     def _on_teach(
@@ -530,29 +525,14 @@ class PickNode(Node):
             self._picker.run(is_emptied=request.is_emptied, count=request.count)
         except KinematicsError as error:
             return _Run(before, Pick.Result.REFUSED, str(error))
-        self._ordered.clear()
         self._run = _Run(before)
         return self._run
 
-    def _cancel(self, _run: _Run) -> None:
-        self._picker.finish("cancelled")
-
     def _look_at_run(self) -> None:
         """End the run that is over."""
-        run = self._run
-        if run.code is not None:
-            return
-        if self._picker.is_running:
-            return
-        text = self._picker.text
-        codes = {
-            ALL_PLACED: Pick.Result.SUCCEEDED,
-            "all places are full": Pick.Result.SUCCEEDED,
-            "cancelled": Pick.Result.CANCELED,
-            "stopped by ~/stop": Pick.Result.STOPPED,
-            NODE_ENDS: Pick.Result.SHUTDOWN,
-        }
-        run.code, run.text = codes.get(text, Pick.Result.FAILED), text
+        run, end = self._run, self._picker.end
+        if run.code is None and end is not None:
+            run.code, run.text = CODES.get(end, Pick.Result.FAILED), self._picker.text
 
     def _counted(self, run: _Run) -> dict[str, int]:
         return {name: count - run.before[name] for name, count in self._counts.items()}
@@ -599,7 +579,7 @@ class PickNode(Node):
         """End the run; what is on its way to its place is placed."""
         if not self._has_ended:
             self._has_ended = True
-            self._picker.finish(NODE_ENDS)
+            self._picker.finish(RunEnd.SHUTDOWN)
         return not self._picker.is_running
 
     def _end(self) -> None:

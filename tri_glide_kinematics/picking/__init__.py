@@ -15,15 +15,14 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.parts import PartOutcome as PartOutcome
     from tri_glide_kinematics.picking.parts import Parts as Parts
     from tri_glide_kinematics.picking.parts import Sighting as Sighting
-    from tri_glide_kinematics.picking.picker import ALL_PLACED as ALL_PLACED
     from tri_glide_kinematics.picking.picker import GivingUp as GivingUp
     from tri_glide_kinematics.picking.picker import GripperClosedError as GripperClosedError
-    from tri_glide_kinematics.picking.picker import GripperOrder as GripperOrder
     from tri_glide_kinematics.picking.picker import Machine as Machine
     from tri_glide_kinematics.picking.picker import PartEvent as PartEvent
     from tri_glide_kinematics.picking.picker import Picker as Picker
     from tri_glide_kinematics.picking.picker import PickSettings as PickSettings
     from tri_glide_kinematics.picking.picker import Renewal as Renewal
+    from tri_glide_kinematics.picking.picker import RunEnd as RunEnd
     from tri_glide_kinematics.picking.places import Places as Places
     from tri_glide_kinematics.picking.places import grid as grid
     from tri_glide_kinematics.picking.simulated import Readings as Readings

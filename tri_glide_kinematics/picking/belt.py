@@ -1,8 +1,9 @@
 """How a belt moves, by what its encoder reports: where it was, and where it will be.
 
-A line or a parabola is fitted to the newest reports, to as long a time as it fits. So rounding by
-the encoder matters the less, the longer a belt runs steadily; and reports from before a change of
-the speed are left out as soon as they do not fit any more.
+A curve is fitted to the newest reports, to as long a time as it fits: a line, or one with a bend or
+a kink. So rounding by the encoder matters the less, the longer a belt runs steadily; and an
+acceleration that has just begun, or ended, is found by its instant and size alone, as the motion
+before is known.
 """
 
 from __future__ import annotations
@@ -13,27 +14,39 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tri_glide_kinematics.checks import finite, non_negative, positive
+from tri_glide_kinematics.checks import SMALLEST, finite, non_negative, positive
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
 
-# How long reports are kept, at least, and to how much of them a curve is fitted [s].
+# How long reports are kept, at least, and to how much of them a curve is fitted [s]. Of more
+# reports in this time, only some are used: as many again make it hardly better.
 HISTORY = 4.0
 LONGEST_FIT = 1.3
+MOST_FITTED = 200
 
-# Reports that a curve does not fit are cut to this part of them, but a line has so many at least.
+# Reports that no curve fits are cut to this part of them, but a line has so many at least.
 SHORTER = 0.7
 FEWEST = 3
-
-# A parabola through fewer reports says nothing of the acceleration. The line is taken where it
-# fits at least this part of the time that the parabola fits.
-FEWEST_BENT = 6
-ENOUGH = 0.6
 
 # A curve fits if no report is farther from it than this many times the noise. The noise is taken
 # from this part of the reports: at the others, the speed may change.
 OFF, STEADY_PART = 3.4, 0.9
+
+# An acceleration begins, or ends, at one of so many instants of the last time [s], or lasts longer.
+# The last reports do not tell yet.
+RECENT, MOST_INSTANTS = 0.24, 24
+UNTOLD = 2
+
+# What is expected of a belt before it is seen: changes of acceleration of that size [m/s^2], as
+# unlikely at each of the instants as that (logarithm of the odds). Reports are off by this part of
+# the largest distance that fits: so the last bit of an encoder looks like no change.
+USUAL_CHANGE = 0.3
+ODDS = math.log(0.01)
+USUALLY_OFF = 0.64
+
+# A belt that changes its speed at once does so by as much as it usually changes in this time [s].
+SWITCHED = 0.03
 
 # No belt is faster [m/s]; or changes its speed faster [m/s^2], unless it is switched. An encoder
 # that is off by so much more may have jumped [m].
@@ -177,8 +190,9 @@ class BeltMotion:
         """Return how the belt moves at a ``time`` [s] after the last of the reports."""
         if self._motion is None:
             begin = bisect_right(times, times[-1] - LONGEST_FIT, 0, len(times) - 1)
-            until = np.array(times[begin:]) - times[-1]
-            moved = np.array(positions[begin:]) - positions[-1]
+            each = -(-(len(times) - begin) // MOST_FITTED)
+            until = np.array(times[begin:])[::-each][::-1] - times[-1]
+            moved = np.array(positions[begin:])[::-each][::-1] - positions[-1]
             self._tolerance = max(1.1 * self._resolution, OFF * noise_of(until, moved))
             position, velocity, acceleration = fitted(until, moved, self._tolerance)
             self._motion = BeltState(positions[-1] + position, velocity, acceleration)
@@ -211,32 +225,56 @@ def fitted(times: FloatArray, positions: FloatArray, tolerance: float) -> BeltSt
         positions: of the belt then. Shape (n,) [m].
         tolerance: how far they may be off [m].
     """
-    line, straight = longest_fit(times, positions, 1, tolerance)
-    if straight == len(times):
-        return line
-    parabola, bent = longest_fit(times, positions, 2, tolerance)
-    is_bent = bent >= FEWEST_BENT and times[-straight] > ENOUGH * times[-bent]
-    return parabola if is_bent else line
+    count = len(times)
+    while count > FEWEST:
+        state = _curve(times[-count:], positions[-count:], tolerance)
+        if state is not None:
+            return state
+        count = max(int(SHORTER * count), FEWEST)
+    position, velocity = _line(times[-count:], positions[-count:, None])
+    return BeltState(float(position[0]), float(velocity[0]), 0.0)
 
 
-def longest_fit(
-    times: FloatArray, positions: FloatArray, degree: int, tolerance: float
-) -> tuple[BeltState, int]:
-    """Return the motion at time 0, and the number of reports until then that a curve fits.
+def _curve(times: FloatArray, positions: FloatArray, tolerance: float) -> BeltState | None:
+    """Return the motion at time 0, as a mean of the curves that fit; None if none does.
 
-    Args:
-        times: of the reports, ascending to 0. Shape (n,) [s].
-        positions: of the belt then. Shape (n,) [m].
-        degree: of the curve, at most 2.
-        tolerance: how far they may be off [m].
+    Each curve is a line plus a bend, from some instant on or until then, or plus a kink. By Bayes'
+    rule each counts by how well it fits, and how likely it was before: sizes of bends are normally
+    distributed. Arguments are those of ``fitted``.
     """
-    count, fewest = len(times), FEWEST + degree - 1
-    while True:
-        # Of the whole time, so that all powers are of one size.
-        whole = -times[-count] or 1.0
-        powers = np.vander(times[-count:] / whole, 3, increasing=True)
-        powers[:, degree + 1 :] = 0.0
-        factors = np.linalg.lstsq(powers, positions[-count:], rcond=None)[0]
-        if count <= fewest or abs(powers @ factors - positions[-count:]).max() <= tolerance:
-            return BeltState(*(factors * (1.0, 1.0 / whole, 2.0 / whole**2)).tolist()), count
-        count = max(int(SHORTER * count), fewest)
+    recent = times[times > -RECENT][:-UNTOLD]
+    instants = recent[:: max(len(recent) // MOST_INSTANTS, 1)]
+    # No bend, one all the time, those that have begun, those that have ended, and kinks.
+    since = np.concatenate(((0.0, times[0]), instants))
+    behind, before = (
+        np.maximum(times[:, None] - since, 0.0),
+        np.maximum(instants - times[:, None], 0.0),
+    )
+    bends = np.hstack((0.5 * behind**2, 0.5 * before**2, SWITCHED * behind[:, 2:]))
+    # What of both is no line.
+    line, _ = np.linalg.qr(np.vander(times / (-times[0] or 1.0), 2))
+    off, across = positions - line @ (line.T @ positions), bends - line @ (line.T @ bends)
+    noise = USUALLY_OFF * tolerance
+    unlikely = (noise / USUAL_CHANGE) ** 2
+    squares = (across**2).sum(axis=0) + unlikely
+    sizes = off @ across / squares
+    gains = 0.5 * (squares * (sizes / noise) ** 2 + np.log(unlikely / squares))
+    gains[2:] += ODDS
+    gains[abs(off[:, None] - across * sizes).max(axis=0) > tolerance] = -math.inf
+    best = int(gains.argmax())
+    if math.isinf(gains[best]):
+        return None
+    # Without a sign of a change, nothing is mixed: small mistakes grow with the time ahead.
+    weights = np.eye(len(gains))[best] if best < 2 else np.exp(gains - gains[best])
+    states = np.vstack((*_line(times, positions[:, None] - bends * sizes), 0.0 * sizes))
+    begun, kinks = slice(len(since)), slice(len(since) + len(instants), None)
+    states[:, begun] += sizes[begun] * (0.5 * since**2, -since, np.ones(len(since)))
+    states[:2, kinks] += SWITCHED * sizes[kinks] * (-instants, np.ones(len(instants)))
+    return BeltState(*(states @ weights / weights.sum()).tolist())
+
+
+def _line(times: FloatArray, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return position and velocity at time 0 of lines through ``positions``. Shape (n, k)."""
+    around = times - times.mean()
+    velocity = around @ positions / max(float(around @ around), SMALLEST)
+    return positions.mean(axis=0) - velocity * times.mean(), velocity

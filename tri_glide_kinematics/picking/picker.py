@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from enum import Enum
 from typing import NamedTuple
 
 from tri_glide_kinematics.errors import KinematicsError
@@ -24,7 +25,7 @@ from tri_glide_kinematics.vectors import Vector3, minus, plus, scaled
 # The machine gets newer motion of a part if that moves the place of the grip by this [m], but not
 # more often than this [s].
 RENEWED_FROM = 2e-5
-RENEWED_AFTER = 0.02
+RENEWED_AFTER = 0.01
 
 # Period of looking for a part while the machine is free, and for parts that have passed while it is
 # not [s].
@@ -44,16 +45,26 @@ GIVEN_UP_BEFORE = 0.05
 # A run goes on after a transfer that has ended like that.
 GOES_ON = (GoalCode.NOT_REACHED, GoalCode.REFUSED)
 
-
 # A run goes on after the encoder of the belt was silent, but not for longer than this [s].
 LONGEST_SILENCE = 2.0
-
-# Why a run ends that has placed as many as it was to.
-ALL_PLACED = "all are placed"
 
 # A transfer that was given up ends when the platform rests. That the machine takes commands again
 # is told by another message, within this time [s].
 BRAKES_FOR = 0.5
+
+
+class RunEnd(Enum):
+    """Why a run ended, and that in words where nothing more can be said."""
+
+    ALL_PLACED = "all are placed"
+    PLACES_FULL = "all places are full"
+    CANCELED = "cancelled"
+    STOPPED = "stopped by ~/stop"
+    SHUTDOWN = "the node ends"
+    BELT_SILENT = f"the belt is not heard for {LONGEST_SILENCE:g} s"
+    GRIPPER_CLOSED = "the gripper has closed with no part to be gripped"
+    MACHINE_STOPPED = "the machine was stopped, or takes no commands"
+    TRANSFER_FAILED = "a transfer has failed"
 
 
 class GripperClosedError(KinematicsError):
@@ -62,18 +73,6 @@ class GripperClosedError(KinematicsError):
     def __init__(self) -> None:
         """Say what is to be done."""
         super().__init__("the gripper is closed since the last run: empty it first")
-
-
-class GripperOrder(NamedTuple):
-    """What is told to the gripper on the way.
-
-    Attributes:
-        closes: or opens.
-        part: number of the part that is gripped or released.
-    """
-
-    closes: bool
-    part: int
 
 
 class Machine(NamedTuple):
@@ -85,7 +84,7 @@ class Machine(NamedTuple):
         stops: how often it was stopped or has lost its lead, as far as it has counted.
         arrivals: when the platform is at each station of the latest transfer, from now on; negative
             if that is past, infinite if it does not get there. Empty before it begins [s].
-        passed: what was told to the gripper since the last time.
+        passed: what the gripper was told since the last time: true to close, false to open.
         holds: whether a sensor says that the gripper holds a part; None without one.
     """
 
@@ -93,7 +92,7 @@ class Machine(NamedTuple):
     accepts: bool = True
     stops: int = 0
     arrivals: tuple[float, ...] = ()
-    passed: Sequence[GripperOrder] = ()
+    passed: Sequence[bool] = ()
     holds: bool | None = None
 
 
@@ -168,7 +167,8 @@ class Picker:
 
     Attributes:
         is_running: whether a run goes on.
-        text: what it does, or why the last run has ended.
+        end: why the last run has ended; None while one goes on, and before the first.
+        text: what it does, or why the last run has ended, in words.
         events: of parts that have ended; who tells them clears it.
     """
 
@@ -190,6 +190,7 @@ class Picker:
             settings: of each cycle.
         """
         self.is_running, self.text = False, "no run has begun"
+        self.end: RunEnd | None = None
         self.events: list[PartEvent] = []
         self._belt, self._parts, self._order, self._places = belt, parts, order, places
         self._settings = settings
@@ -200,7 +201,8 @@ class Picker:
         # When the gripper closes by the plan for that motion; NaN until this is known [s].
         self._planned_grip = math.nan
         self._gives_up = self._carries_on = self._waits = self._is_closed = False
-        self._ends = ""
+        # Why no other part is begun.
+        self._ends: RunEnd | None = None
         self._failed = (-math.inf, "")
         # So many parts are to be placed yet.
         self._left = math.inf
@@ -222,18 +224,13 @@ class Picker:
         if self._is_closed and not is_emptied:
             raise GripperClosedError
         if not self.is_running:
-            self.is_running, self.text = True, "picks parts"
+            self.is_running, self.text, self.end = True, "picks parts", None
             self._is_closed = self._waits = False
             self._heard = math.inf
-            self._stops, self._ends, self._left = None, "", count or math.inf
+            self._stops, self._ends, self._left = None, None, count or math.inf
             if self._places.is_full:
                 # Somebody has put other places there: else there would be nothing to run for.
                 self._places.empty()
-
-    def note_gripper(self, *, is_closed: bool) -> None:
-        """Note that somebody else has closed or opened the gripper."""
-        if not self.is_running:
-            self._is_closed = is_closed
 
     @property
     def target(self) -> int:
@@ -252,9 +249,9 @@ class Picker:
             return self._belt.at(time)
         return None
 
-    def finish(self, reason: str) -> None:
-        """Begin no other part, and end the run for a ``reason`` when the present one is placed."""
-        self._ends = self._ends or reason
+    def finish(self, end: RunEnd) -> None:
+        """Begin no other part, and ``end`` the run when the present one is placed."""
+        self._ends = self._ends or end
 
     def see(self, sighting: Sighting) -> None:
         """Take in what was seen, if it is known where the belt was then."""
@@ -275,15 +272,15 @@ class Picker:
 
     def step(self, now: float, machine: Machine) -> Transfer | Renewal | GivingUp | None:
         """Return what is to be done ``now`` [s], as the ``machine`` is like that."""
-        for order in machine.passed:
-            self._pass(order, now)
+        for closes in machine.passed:
+            self._pass(closes, now)
         self._watch_gripper(now, machine)
         if math.isinf(self._heard) or not self._belt.is_silent(now):
             self._heard = now
         if now > self._heard + LONGEST_SILENCE:
-            self.finish(f"the belt is not heard for {LONGEST_SILENCE:g} s")
-        if self.is_running and (reason := self._obstacle(now, machine)):
-            self._end(now, reason)
+            self.finish(RunEnd.BELT_SILENT)
+        if self.is_running and (obstacle := self._obstacle(now, machine)):
+            self._end(now, *obstacle)
         last = self._cycles[-1] if self._cycles else None
         is_free = self.is_running and machine.accepts and len(self._cycles) < min(2, self._left)
         if len(self._cycles) > 1 and _has_failed(self._cycles[0].transfer):
@@ -308,20 +305,20 @@ class Picker:
         self._looked = now
         return None if self._belt.is_silent(now) else self._look(now, is_free)
 
-    def _pass(self, order: GripperOrder, now: float) -> None:
-        """Take in what was told to the gripper."""
-        self._is_closed = order.closes
-        cycle = next((each for each in self._cycles if each.part.number == order.part), None)
+    def _pass(self, closes: bool, now: float) -> None:
+        """Take in what the gripper was told: to close at the next part, or to open at a place."""
+        self._is_closed = closes
+        cycle = next((each for each in self._cycles if math.isinf(each.gripped) == closes), None)
         if cycle is None:
-            if self.is_running and order.closes:
-                self._end(now, "the gripper has closed when its part was given up already")
-        elif order.closes:
+            if self.is_running and closes:
+                self._end(now, RunEnd.GRIPPER_CLOSED)
+        elif closes:
             cycle.gripped = now + self._settings.closing
         else:
             self._end_cycle(cycle, PartOutcome.PLACED, "picked and placed", now)
             self._left -= cycle.part.outcome is PartOutcome.PLACED
             if self._left <= 0:
-                self.finish(ALL_PLACED)
+                self.finish(RunEnd.ALL_PLACED)
 
     def _watch_gripper(self, now: float, machine: Machine) -> None:
         """Note how near the gripper was to its part, and whether it holds it."""
@@ -339,15 +336,15 @@ class Picker:
                 else:
                     self._end_part(cycle, PartOutcome.MISSED, "the gripper holds nothing", now)
 
-    def _obstacle(self, now: float, machine: Machine) -> str:
+    def _obstacle(self, now: float, machine: Machine) -> tuple[RunEnd, str] | None:
         """Return why the run has to end, if it has to; take in how a transfer has ended."""
         before, self._stops = self._stops, machine.stops
         accepts = machine.accepts or self._gives_up or now < self._brakes_until
         if not accepts or before not in (None, machine.stops):
-            return "the machine was stopped, or takes no commands"
+            return RunEnd.MACHINE_STOPPED, ""
         outcome = None if self._given is None else self._given.outcome
         if outcome is None:
-            return ""
+            return None
         given, self._given = self._given, None
         gave_up, self._gives_up = self._gives_up, False
         if gave_up:
@@ -355,17 +352,17 @@ class Picker:
         again, self._carries_on = self._carries_on, False
         last = self._cycles[-1] if self._cycles else None
         if outcome.code is GoalCode.SUCCEEDED:
-            return ""
+            return None
         if not gave_up and (again or not _has_failed(given)):
-            return outcome.text
+            return RunEnd.TRANSFER_FAILED, outcome.text
         if last is None:
-            return ""
+            return None
         if outcome.code is GoalCode.REFUSED and math.isinf(last.gripped):
             self._end_cycle(last, PartOutcome.PASSED, outcome.text, now)
         else:
             # It has gone up. If it has the part, it may get to the place from there after all.
             self._carries_on, self._failed = True, (now, outcome.text)
-        return ""
+        return None
 
     def _approach(self, now: float, machine: Machine, cycle: _Cycle) -> Renewal | GivingUp | None:
         """Return newer motion of a part where that matters, or that it is given up."""
@@ -415,7 +412,7 @@ class Picker:
             self._parts.end(part, PartOutcome.PASSED, "it could not be reached any more", now)
             self.events.append(PartEvent(part))
         if self._places.is_full:
-            self.finish("all places are full")
+            self.finish(RunEnd.PLACES_FULL)
         if not is_free or self._ends:
             return None
         pick, waiting = choice.pick, self._settings.waiting
@@ -446,14 +443,14 @@ class Picker:
         settings, direction = self._settings, self._order.direction
         _, velocity, acceleration = self._belt.at(now)
         place, dwell = minus(self._place_of(part, now), settings.point), settings.dwells[0]
-        outputs = ((dwell - settings.closing, GripperOrder(True, part.number)),)
+        outputs = ((dwell - settings.closing, True),)
         motion = scaled(direction, velocity), scaled(direction, acceleration)
         return Station(place, dwell, *motion, outputs)
 
     def _release(self, cycle: _Cycle) -> Station:
         """Return the station at the place of a part."""
         settings, dwell = self._settings, self._settings.dwells[1]
-        outputs = ((dwell - settings.opening, GripperOrder(False, cycle.part.number)),)
+        outputs = ((dwell - settings.opening, False),)
         return Station(minus(cycle.place.position, settings.point), dwell, outputs=outputs)
 
     def _place_of(self, part: Part, time: float) -> Vector3:
@@ -473,15 +470,22 @@ class Picker:
         if cycle.part.outcome is not PartOutcome.PLACED:
             self._places.give_back(cycle.place)
 
-    def _end(self, now: float, reason: str) -> None:
-        """End the run and what is on its way; the gripper stays as it is."""
+    def _end(self, now: float, end: RunEnd, text: str = "") -> None:
+        """End the run and what is on its way; the gripper stays as it is.
+
+        Args:
+            now: the time [s].
+            end: why.
+            text: why in words, if there is more to be said.
+        """
+        reason = text or end.value
         for cycle in tuple(self._cycles):
             if math.isinf(cycle.gripped):
                 self._end_cycle(cycle, PartOutcome.MISSED, reason, now)
             else:
                 self._end_cycle(cycle, PartOutcome.LOST, f"{reason}, with it in the gripper", now)
         self._given, self._gives_up, self._carries_on = None, False, False
-        self.is_running, self.text = False, reason
+        self.is_running, self.end, self.text = False, end, reason
 
 
 def _has_failed(transfer: Transfer | None) -> bool:

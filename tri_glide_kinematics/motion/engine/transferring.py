@@ -190,6 +190,7 @@ class Transferring:
         delay = goal.lead + (limits.shaper.delay if limits.shaper is not None else 0.0)
         age = self._begins(start) - seen + delay
         renewal = Renewal(self._ways(goal), plan, start, limits.effective)
+        motion = motion._replace(outputs=goal.stations[station].outputs)
         renewed = yield from renewal.to(motion, age, goal.allowed)
         return Replanned(held if renewed is None else replace(held, plan=renewed))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -33,6 +34,10 @@ SLOWER_ATTEMPTS, SLOWER_BY = 3, 1.02
 
 # Knots are no closer than this: rounding would be divided by the cube of it [s].
 SAME_KNOT = 1e-5
+
+# After a change that comes too late for the way down, the platform stays at the place for so much
+# longer [s]; not for less than this part of what is allowed.
+STAYS_LONGER, STAYS_FOR = (0.03, 0.06, 0.1), 0.5
 
 # A place that is missed by this part of what is allowed is met.
 UNSEEN = 0.1
@@ -66,7 +71,7 @@ class Renewal:
         in time, that way is driven slower; and where that does not do, the platform goes up.
 
         Args:
-            station: how the place moves.
+            station: how the place moves, and what is told there.
             age: time from that of the station to the begin [s].
             allowed: so far from the place the platform may be at the arrival [m].
 
@@ -81,14 +86,19 @@ class Renewal:
             return None
         end = leg.begin + leg.plan.duration
         # What is asked of the place is that it is met at the arrival, and kept to in the dwell.
+        # After a late change it is met by the end of that, when a gripper has closed.
         instant = leg.arrival if now < leg.arrival else end
         there = leg.is_at(instant)
         place = on_slope(station.after(age - now), there, leg.slope)
         missed = math.dist(there, place.after(instant).position)
-        if missed <= UNSEEN * allowed or end - now <= CATCHING_UP:
+        # It may stay longer until something is told there, as to a gripper.
+        told = leg.arrival + min((after for after, _ in station.outputs), default=0.0)
+        if missed <= UNSEEN * allowed or now >= max(told, end - CATCHING_UP):
             return None
+        missed_at_last = math.dist(leg.is_at(end), place.after(end).position)
+        stays = now < told and missed_at_last > STAYS_FOR * allowed
         try:
-            return (yield from self._renewed(place))
+            return (yield from self._renewed(place, end, STAYS_LONGER if stays else ()))
         except KinematicsError as refusal:
             if missed <= allowed:
                 return None
@@ -96,8 +106,15 @@ class Renewal:
             reason = TransferError(f"{text}: {refusal}")
         return (yield from given_up(self._ways, self._plan, self._time, limits, reason))
 
-    def _renewed(self, place: MovingTarget) -> Interruptible[TransferPlan]:
-        """Return a plan that meets a ``place``, as of the start of the base, slower if need be.
+    def _renewed(
+        self, place: MovingTarget, end: float, stays: Iterable[float]
+    ) -> Interruptible[TransferPlan]:
+        """Return a plan that meets a ``place``, later and slower if need be.
+
+        Args:
+            place: as of the start of the base.
+            end: of the leg as it is planned, in the base [s].
+            stays: for how much longer the platform may stay at the place, at last [s].
 
         Raises:
             KinematicsError: if there is none.
@@ -108,8 +125,8 @@ class Renewal:
         quickest = time_for(off, turned, self._limits)
         latest = max(leg.arrival, now + CATCHING_UP)
         rate = 1.0
-        for met in dict.fromkeys((max(leg.upright, now + quickest), latest)):
-            if met > latest:
+        for met in sorted({max(leg.upright, now + quickest), latest, end}):
+            if met > end:
                 continue
             try:
                 return (yield from self._met(leg, place, met))
@@ -132,6 +149,14 @@ class Renewal:
             except KinematicsError as error:
                 refusal = error
                 break
+            yield
+        # The way down may need all jerk that there is: then it is caught up with at its end.
+        for longer in stays:
+            later = leg._replace(arrival=leg.arrival + longer)
+            try:
+                return (yield from self._met(later, place, later.arrival + later.ride))
+            except KinematicsError as error:
+                refusal = error
             yield
         raise refusal
 
