@@ -68,7 +68,30 @@ class CutBendError(MotionError):
         self.cut = cut
 
 
-class SliderLimitError(MotionError):
+class LimitError(MotionError):
+    """A trajectory would exceed a limit: of a slider, or one that is added to these.
+
+    Attributes:
+        quantity: that is limited, in words.
+        value: largest one on the trajectory; NaN if it is not known.
+        limit: that it breaks.
+        unit: of both.
+        time: when on the trajectory, if that is known [s].
+    """
+
+    def __init__(
+        self, text: str, quantity: str, value: float, limit: float, unit: str, time: float | None
+    ) -> None:
+        """Store all of it, and the ``text``."""
+        super().__init__(text)
+        self.quantity = quantity
+        self.value = value
+        self.limit = limit
+        self.unit = unit
+        self.time = time
+
+
+class SliderLimitError(LimitError):
     """A trajectory would ask more of a slider than its limit."""
 
     def __init__(
@@ -90,16 +113,12 @@ class SliderLimitError(MotionError):
             unit: of both.
             time: when on the trajectory, if that is known [s].
         """
-        super().__init__(
+        text = (
             f"{quantity} of slider {slider + 1} would be {number_text(value)} {unit}, its limit "
             f"is {number_text(limit)} {unit}"
         )
-        self.quantity = quantity
+        super().__init__(text, quantity, value, limit, unit, time)
         self.slider = slider
-        self.value = value
-        self.limit = limit
-        self.unit = unit
-        self.time = time
 
     @property
     def slowdown(self) -> float:
@@ -108,27 +127,14 @@ class SliderLimitError(MotionError):
         return float((self.value / self.limit) ** (1.0 / order))
 
 
-class AddedBoundError(MotionError):
+class AddedBoundError(LimitError):
     """A trajectory would exceed a bound that is added to the limits of the sliders."""
 
     def __init__(self, quantity: str, value: float, limit: float, unit: str, time: float) -> None:
-        """Store which bound.
-
-        Args:
-            quantity: what is bounded, in words.
-            value: largest one on the trajectory; NaN if it is not known.
-            limit: the bound that it breaks.
-            unit: of both.
-            time: when on the trajectory [s].
-        """
+        """Store which bound; its arguments are those of a ``LimitError``."""
         reached = f"would be {number_text(value)} {unit}" if value == value else "is not known"
         text = f"{quantity} {reached.rstrip()}, its limit is {number_text(limit)} {unit}"
-        super().__init__(text.rstrip())
-        self.quantity = quantity
-        self.value = value
-        self.limit = limit
-        self.unit = unit
-        self.time = time
+        super().__init__(text.rstrip(), quantity, value, limit, unit, time)
 
 
 class SliderTravelError(MotionError):

@@ -20,7 +20,7 @@ import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible, at_once
-from tri_glide_kinematics.motion.errors import AddedBoundError, PlanningError, SliderLimitError
+from tri_glide_kinematics.motion.errors import LimitError, PlanningError
 from tri_glide_kinematics.motion.limits import RELATIVE_ROUNDING, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves.line_entry import (
     Entry,
@@ -420,7 +420,7 @@ class LineJoining:
             after = float(slower[~begins].max(initial=0.0))
             try:
                 bounds.check(scaling.times, limits)
-            except (SliderLimitError, AddedBoundError) as error:
+            except LimitError as error:
                 if best is None and attempt == ATTEMPTS - 1:
                     raise
                 refusal = error

@@ -16,7 +16,7 @@ from typing import ClassVar, NamedTuple, TypeVar
 import numpy as np
 
 from tri_glide_kinematics.interruptible import Interruptible, at_once, blocks
-from tri_glide_kinematics.motion.errors import AddedBoundError, SliderLimitError, SliderTravelError
+from tri_glide_kinematics.motion.errors import LimitError, SliderTravelError
 from tri_glide_kinematics.motion.limits import (
     ORDERS,
     RELATIVE_ROUNDING,
@@ -163,7 +163,7 @@ class Trajectory(ABC):
         """Return whether ``limits`` hold from the time ``since`` [s] on."""
         try:
             self.check_limits(limits, since)
-        except (SliderLimitError, AddedBoundError):
+        except LimitError:
             return False
         return True
 
