@@ -20,6 +20,7 @@ from motion_machine import (
     each_mode,
     engine,
     more,
+    run,
     run_to_rest,
 )
 from strategies import DEFAULT_LIMITS
@@ -332,3 +333,45 @@ def test_legs_that_do_not_join_are_refused():
     TransferPlan((first, second))
     with pytest.raises(TransferError, match=r"legs do not join: .* at most 1e-06"):
         TransferPlan((other, second))
+
+
+def test_between_places_that_rest_there_is_nothing_to_give_up():
+    moving = at_home()
+    moving.transfer([Station(PART), Station(HOME)], HEIGHT, lifts=False)
+    run(moving, 0.2)
+    assert not moving.give_up(TransferError("why"))
+    run_to_rest(moving)
+    assert_rests_at(moving, HOME)
+
+
+def test_a_dwell_at_rest_is_waited_for_once():
+    stations = [station(even((0.2, 0.0, 0.0))(0.0)), Station(HOME, 0.3)]
+    planner = TransferPlanner(WORKSPACE, HEIGHT, 0.005)
+    found = at_once(planner.planned(HOME, stations, 0.0, LIMITS, lifts=False))
+    assert found.duration - found.arrival(1) == pytest.approx(0.3, abs=1e-9)
+
+
+@each_mode
+def test_it_does_not_begin_in_a_motion_that_has_no_end(in_pieces):
+    moving = at_home(in_pieces=in_pieces)
+    for _ in range(20):
+        moving.track((0.0, 0.05, 0.3), (0.1, 0.0, 0.0))
+        run(moving, 0.01)
+    with pytest.raises(TransferError, match="begins at rest"):
+        moving.transfer([Station(PART)], HEIGHT)
+    assert moving.phase is MotionPhase.TRACKING
+
+
+def test_a_plan_that_is_ready_too_late_is_made_again_for_where_the_place_is_then():
+    """It met the place one step late."""
+    moving = at_home(in_pieces=True)
+    belt, begun, off = even((0.1, 0.0, 0.0)), moving.elapsed, []
+    moving.transfer([station(belt(0.0)), Station(HOME, DWELL)], HEIGHT, lifts=False)
+    run(moving, 0.3, pieces=0)
+    while moving.preparing or moving.phase is not MotionPhase.IDLE:
+        run(moving, moving.period)
+        progress = moving.transfer_progress
+        if progress is not None and -DWELL <= progress.arrivals[0] <= 1e-9:
+            off.append(math.dist(moving.platform[0], belt(moving.elapsed - begun).position))
+    assert off and max(off) < 1e-6
+    assert_rests_at(moving, HOME, 1e-6)

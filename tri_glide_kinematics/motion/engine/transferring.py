@@ -144,8 +144,11 @@ class Transferring:
         return Replanned(replace(held, plan=going_up))
 
     def _begins(self, start: float) -> float:
-        """Return when a plan begins for ``start`` in the held plan, by the time of the engine."""
-        return self._holder.elapsed + max(start - self._holder.time, 0.0)
+        """Return when a plan begins for ``start`` in the held plan, by the time of the engine.
+
+        One that is made anew, as it was late, begins before its first piece.
+        """
+        return self._holder.elapsed + (start - self._holder.time)
 
     def _planned(
         self, goal: Transfer, asked: float, held: HeldMotion, start: float
@@ -154,7 +157,7 @@ class Transferring:
         limits, begins = held.limits, self._begins(start)
         shaper, step = limits.shaper, self._plans.last_step or LONGEST_STEP
         wait = goal.stays - (begins - asked)
-        ahead = max(start - self._holder.time, 0.0)
+        ahead = start - self._holder.time
         if self._plans.in_pieces:
             wait = max(wait, self._lead_time.after(step) - ahead)
         if self._plans.in_pieces or ahead > 0.0:
