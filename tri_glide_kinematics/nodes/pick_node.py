@@ -73,7 +73,6 @@ from tri_glide_kinematics.settings import (
     replaced_camera,
     taught_file_of,
     taught_in,
-    way_times_of,
 )
 from tri_glide_kinematics.vectors import Vector3, combined, plus, three
 from tri_glide_kinematics.wording import number_text, vector_text
@@ -181,8 +180,6 @@ class PickNode(Node):
         self._passed: list[bool] = []
         self._lessons = Lessons()
         self._views: deque[_View] = deque(maxlen=MOST_VIEWS)
-        self._reach_since: float | None = None
-        self._free_since = -math.inf
         self._has_ended = False
         self._transfers = ActionClient(self, Transfer, "ik_node/transfer")
         self._stations = self.create_publisher(StationState, "station_state", RELIABLE)
@@ -226,17 +223,16 @@ class PickNode(Node):
             KinematicsError: if they do not fit together.
         """
         self._values = values
-        self._times = way_times_of(values)
         self._cameras = cameras_of(values)
         self._direction = direction_of(values)
-        self._picker = picker_of(values, self._times)
+        self._picker = picker_of(values)
 
     def _cycle(self) -> None:
         now, self._ahead = time.monotonic(), ahead_of_steady(self.get_clock())
         goal, transfer = self._goal, self._transfer
         if transfer is not None and transfer.outcome is None and goal is not None and goal.result:
             transfer.end(GoalCode(goal.result.code), goal.result.text)
-        self._carry_out(self._picker.step(now, self._machine_now(now)), now)
+        self._carry_out(self._picker.step(now, self._machine_now(now)))
         self._passed.clear()
         for event in self._picker.events:
             self._tell_event(event, now)
@@ -262,7 +258,6 @@ class PickNode(Node):
                 steady_time(stamp, self._ahead) - now if has_stamp(stamp) else math.inf
                 for stamp in goal.feedback.arrivals
             )
-            self._learn(arrivals, now)
         accepts = told.state in ACCEPTING
         position = self._position(now)
         return Machine(position, accepts, told.stops, arrivals, tuple(self._passed), self._holds)
@@ -281,17 +276,7 @@ class PickNode(Node):
             return self._kinematics.forward(three(heights))
         return UNKNOWN
 
-    def _learn(self, arrivals: tuple[float, ...], now: float) -> None:
-        """Note how long the way to a part takes, once it is known."""
-        if self._reach_since is None or len(arrivals) < 2 or not math.isfinite(arrivals[0]):
-            return
-        transfer, since = self._transfer, max(self._reach_since, self._free_since)
-        assert transfer is not None
-        self._reach_since = None
-        grip = transfer.stations[0].after(now + arrivals[0] - transfer.seen).position
-        self._times.note(plus(grip, self._values["gripper_point"]), now + arrivals[0] - since)
-
-    def _carry_out(self, wanted: TransferCommand | Renewal | GivingUp | None, now: float) -> None:
+    def _carry_out(self, wanted: TransferCommand | Renewal | GivingUp | None) -> None:
         """Do what the picker wants."""
         if isinstance(wanted, Renewal):
             message = StationState()
@@ -306,9 +291,9 @@ class PickNode(Node):
             if not self._transfers.server_is_ready():
                 wanted.end(GoalCode.SHUTDOWN, "ik_node does not offer transfers")
                 return
-            self._send(wanted, now)
+            self._send(wanted)
 
-    def _send(self, transfer: TransferCommand, now: float) -> None:
+    def _send(self, transfer: TransferCommand) -> None:
         """Send a ``transfer`` to ``ik_node``."""
         goal = Transfer.Goal(
             height=transfer.height,
@@ -317,10 +302,8 @@ class PickNode(Node):
             lifts=transfer.lifts,
         )
         self._stamp(goal.header, transfer.seen)
-        self._free_since = now
         if math.isfinite(transfer.leave_at):
             goal.leave_at = self._stamp_of(transfer.leave_at)
-            self._free_since = max(now, transfer.leave_at)
         for station in transfer.stations:
             told = TransferStation(dwell=station.dwell)
             _write_motion(told, station)
@@ -328,7 +311,7 @@ class PickNode(Node):
                 told.output_times.append(after)
                 told.outputs.append(self._output(closes=closes))
             goal.stations.append(told)
-        self._transfer, self._reach_since = transfer, now
+        self._transfer = transfer
         self._goal = SentGoal(self._transfers, goal)
 
     def _output(self, *, closes: bool) -> Output:
@@ -596,7 +579,7 @@ def _within(text: str, deviation: float) -> str:
 def _check(values: Values) -> None:
     machine_of(values)
     cameras_of(values)
-    picker_of(values, way_times_of(values))
+    picker_of(values)
 
 
 def _write_motion(message: Any, motion: Station) -> None:

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.picking import simulated_cell_of as simulated_cell_of
     from tri_glide_kinematics.settings.picking import taught_file_of as taught_file_of
     from tri_glide_kinematics.settings.picking import taught_in as taught_in
-    from tri_glide_kinematics.settings.picking import way_times_of as way_times_of
     from tri_glide_kinematics.settings.tables import CALIBRATION_NODE as CALIBRATION_NODE
     from tri_glide_kinematics.settings.tables import CIA402_NODE as CIA402_NODE
     from tri_glide_kinematics.settings.tables import FK_NODE as FK_NODE

@@ -112,7 +112,7 @@ def direction_of(values: Values) -> Vector3:
     return scaled(direction, 1.0 / length)
 
 
-def picker_of(values: Values, times: WayTimes) -> Picker:
+def picker_of(values: Values) -> Picker:
     """Return what picks.
 
     Raises:
@@ -143,15 +143,10 @@ def picker_of(values: Values, times: WayTimes) -> Picker:
         values["sensing_time"],
         values["allowed_error"],
     )
+    times = WayTimes(values["first_place"], values["cycle_time"], settings.dwells)
     is_fixed = values["is_never_full"] and len(positions) == 1
     order = PickOrder(direction, (first, last), times)
-    return Picker(belt, parts, order, Places(positions, is_fixed=is_fixed), settings)
-
-
-def way_times_of(values: Values) -> WayTimes:
-    """Return how long ways take at first."""
-    dwells = values["part_dwell"], values["place_dwell"]
-    return WayTimes(values["first_place"], values["cycle_time"], dwells)
+    return Picker(belt, parts, order, Places(positions, is_fixed=is_fixed), settings, times.note)
 
 
 def taught_file_of(values: Values, namespace: str) -> Path:
