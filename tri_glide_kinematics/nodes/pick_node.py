@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections import deque
-from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from geometry_msgs.msg import Point
 from rclpy.action import ActionClient
@@ -43,8 +41,9 @@ from tri_glide_kinematics.picking import (
     PartOutcome,
     Renewal,
     RunEnd,
+    Scene,
     Sighting,
-    TaughtBelt,
+    View,
 )
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.goal_sender import SentGoal
@@ -64,18 +63,16 @@ from tri_glide_kinematics.ros.serving import CALLS, ActionServer, GoalEnd, Patie
 from tri_glide_kinematics.settings import (
     PICK_NODE,
     Values,
-    cameras_of,
-    checked,
-    direction_of,
     keep_taught,
     machine_of,
     picker_of,
-    replaced_camera,
     taught_file_of,
     taught_in,
+    taught_of,
+    taught_values,
 )
-from tri_glide_kinematics.vectors import Vector3, combined, plus, three
-from tri_glide_kinematics.wording import number_text, vector_text
+from tri_glide_kinematics.vectors import Vector3, combined, three
+from tri_glide_kinematics.wording import number_text
 
 RELIABLE = QoSProfile(depth=10)
 
@@ -97,9 +94,6 @@ OLDEST, AHEAD = 5.0, 1.0
 # More parts in a picture would keep the node from its other work for too long.
 MOST_PARTS = 100
 
-# Pictures that are kept to teach by, and how old those may be that teach a latency [s].
-MOST_VIEWS, SEEN_OF_LATE = 500, 2.0
-
 UNKNOWN: Vector3 = (math.nan, math.nan, math.nan)
 
 ENDS = {Pick.Result.SUCCEEDED: GoalEnd.SUCCEEDED, Pick.Result.CANCELED: GoalEnd.CANCELED}
@@ -117,20 +111,6 @@ COUNTED = {
     PartOutcome.LOST: "lost",
     PartOutcome.PASSED: "passed",
 }
-
-
-class _View(NamedTuple):
-    """A picture with one part in it.
-
-    Attributes:
-        camera: its frame.
-        time: by its stamp, of time.monotonic() [s].
-        observed: the part, and the belt by that stamp.
-    """
-
-    camera: str
-    time: float
-    observed: Observed
 
 
 @dataclass(eq=False)
@@ -179,7 +159,6 @@ class PickNode(Node):
         # What the gripper was told since the last cycle: to close, or to open.
         self._passed: list[bool] = []
         self._lessons = Lessons()
-        self._views: deque[_View] = deque(maxlen=MOST_VIEWS)
         self._has_ended = False
         self._transfers = ActionClient(self, Transfer, "ik_node/transfer")
         self._stations = self.create_publisher(StationState, "station_state", RELIABLE)
@@ -223,8 +202,7 @@ class PickNode(Node):
             KinematicsError: if they do not fit together.
         """
         self._values = values
-        self._cameras = cameras_of(values)
-        self._direction = direction_of(values)
+        self._taught = taught_of(values)
         self._picker = picker_of(values)
 
     def _cycle(self) -> None:
@@ -367,9 +345,9 @@ class PickNode(Node):
             self._unusable.add(f"belt_states: {error}")
 
     def _on_parts(self, message: SeenParts) -> None:
-        camera = self._cameras.get(message.header.frame_id)
+        camera = self._taught.cameras.get(message.header.frame_id)
         if camera is None:
-            names = " or ".join(map(repr, self._cameras))
+            names = " or ".join(map(repr, self._taught.cameras))
             frame = message.header.frame_id
             self._unusable.add(f"parts seen in the frame {frame!r}, it must be {names}")
             return
@@ -400,7 +378,7 @@ class PickNode(Node):
             each = self._values["metres_per_count"]
             place = vector_of(message.parts[0].position)
             observed = Observed(place, belt.position / each, belt.velocity / each)
-            self._views.append(_View(message.header.frame_id, then, observed))
+            self._lessons.see(View(message.header.frame_id, then, observed))
 
     def _on_output(self, message: Output) -> None:
         values = self._values
@@ -424,73 +402,30 @@ class PickNode(Node):
         self, request: TeachPick.Request, response: TeachPick.Response
     ) -> TeachPick.Response:
         try:
-            changed, response.message = self._taught(request)
-            if changed := checked(changed):
-                self._use({**self._values, **changed})
-                keep_taught(self._values, self._file)
+            response.message = self._teach(request)
             response.success = True
         except (KinematicsError, OSError) as error:
             response.message = str(error)
         return response
 
-    def _taught(self, request: TeachPick.Request) -> tuple[dict[str, Any], str]:
-        """Return the parameters that one more lesson changes, and what is known now in words.
+    def _teach(self, request: TeachPick.Request) -> str:
+        """Take one more lesson, use and keep what is known by it, and return that in words.
 
         Raises:
             KinematicsError: if it is not enough yet, does not fit, or cannot be just now.
         """
-        values, lessons, what = self._values, self._lessons, request.what
         if self._run.code is None:
             raise RefusedMessageError("nothing is taught while a run goes on")
-        if what == "forget":
-            self._lessons = Lessons()
-            return {}, "all touches and views are forgotten; what is in use stays"
-        belt = TaughtBelt(self._direction, values["metres_per_count"], 0.0)
-        if what == "latency":
-            views = [view for view in self._views if view.time > time.monotonic() - SEEN_OF_LATE]
-            name = self._last_view(views).camera
-            observed = [view.observed for view in views if view.camera == name]
-            latency = lessons.latency(observed, belt)
-            camera = replace(self._cameras[name], latency=latency.latency)
-            text = f"latency of {name}: {latency.latency:.4f} s, within {latency.deviation:.4f} s"
-            return replaced_camera(values, name, camera), text
-        machine = self._machine
-        if machine is None or machine.state not in RESTING:
-            raise RefusedMessageError("the platform must rest, and its position be known")
-        platform = vector_of(machine.position)
-        if what == "gripper":
-            gripper = lessons.mark(vector_of(request.mark), platform)
-            text = f"point of the gripper: {vector_text(gripper.offset)} m from the platform's"
-            return {"gripper_point": gripper.offset}, _within(text, gripper.deviation)
-        now = self._picker.belt_at(time.monotonic())
-        if now is None:
-            raise RefusedMessageError("the position of the belt is not known")
-        point = plus(platform, values["gripper_point"])
-        touch = Observed(point, now.position / values["metres_per_count"])
-        if what == "belt":
-            belt = lessons.belt(touch)
-            changed = {
-                "belt_direction": belt.direction,
-                "metres_per_count": belt.metres_per_count,
-            }
-            text = (
-                f"direction of the belt: {vector_text(belt.direction)}; {belt.metres_per_count:g} m"
-            )
-            return changed, f"{text} for 1, within {1000.0 * belt.deviation:.2g} mm in a metre"
-        if what != "camera":
-            names = "gripper, belt, latency, camera or forget"
-            raise RefusedMessageError(f"what = {what!r} must be {names}")
-        view = self._last_view(self._views)
-        known = self._cameras[view.camera]
-        camera = lessons.part(view.camera, view.observed, touch, belt, known.latency)
-        text = f"place of {view.camera}: {vector_text(camera.position)} m"
-        return replaced_camera(values, view.camera, camera), _within(text, camera.deviation)
-
-    @staticmethod
-    def _last_view(views: Sequence[_View]) -> _View:
-        if not views:
-            raise RefusedMessageError("no picture with exactly one part was seen")
-        return views[-1]
+        machine, now = self._machine, time.monotonic()
+        platform = None
+        if machine is not None and machine.state in RESTING:
+            platform = vector_of(machine.position)
+        scene = Scene(now, platform, self._picker.belt_at(now), vector_of(request.mark))
+        taught, text = self._lessons.teach(request.what, self._taught, scene)
+        if taught is not self._taught:
+            self._use({**self._values, **taught_values(taught)})
+            keep_taught(self._values, self._file)
+        return text
 
     def _begin(self, request: Pick.Goal) -> _Run:
         before = dict(self._counts)
@@ -553,7 +488,7 @@ class PickNode(Node):
         if belt is not None:
             message.belt_position, message.belt_velocity = belt.position, belt.velocity
             for part in self._picker.parts_on_belt:
-                x, y, z = combined(1.0, part.position, belt.position, self._direction)
+                x, y, z = combined(1.0, part.position, belt.position, self._taught.belt.direction)
                 message.parts.append(part.number)
                 message.positions.append(Point(x=x, y=y, z=z))
         self._states.publish(message)
@@ -572,13 +507,9 @@ class PickNode(Node):
         self._patient.end()
 
 
-def _within(text: str, deviation: float) -> str:
-    return f"{text}, within {1000.0 * deviation:.2g} mm"
-
-
 def _check(values: Values) -> None:
     machine_of(values)
-    cameras_of(values)
+    taught_of(values)
     picker_of(values)
 
 
