@@ -95,7 +95,7 @@ class Cell:
         order = PickOrder(self.belt.direction, WINDOW, self.ways)
         known = Parts(self.belt.direction, noise=max(self.noise, 1e-4))
         belt = BeltMotion(self.encoder_step)
-        self.picker = Picker(belt, known, order, self.places, self.settings)
+        self.picker = Picker(belt, known, order, self.places, self.settings, self.ways.note)
         self.encoder = SimulatedEncoder(
             self.belt, Readings(100.0, 0.004), self.encoder_step, silences=self.silences
         )
@@ -109,7 +109,6 @@ class Cell:
         )
         self.gripper = SimulatedGripper(self.belt, self.parts, delay=self.settings.closing)
         self._transfer: Transfer | None = None
-        self._since = 0.0
         self._cycles = 0
         self.refusals: list[str] = []
         self.cycle(10)
@@ -158,10 +157,6 @@ class Cell:
         arrivals: tuple[float, ...] = ()
         if progress is not None and transfer is not None and controller.leads_to(transfer):
             arrivals = tuple(arrival + self.drive_delay for arrival in progress.arrivals)
-            if self._since and len(arrivals) == 2 and math.isfinite(arrivals[0]):
-                grip = transfer.stations[0].after(self.now + arrivals[0] - transfer.seen).position
-                self.ways.note(grip, self.now + arrivals[0] - self._since)
-                self._since = 0.0
         accepts = controller.state in (IDLE, MOVING)
         status = controller.status
         return Machine(self.position, accepts, status.stops, arrivals, tuple(passed))
@@ -169,7 +164,6 @@ class Cell:
     def _carry_out(self, wanted: object) -> None:
         if isinstance(wanted, Transfer):
             self._transfer = wanted
-            self._since = max(self.now, wanted.leave_at)
             try:
                 self.controller.pursue(wanted)
             except KinematicsError as error:

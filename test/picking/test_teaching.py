@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,16 +16,22 @@ from strategies import reproducible
 from tri_glide_kinematics.calibration.fit import rotation_by
 from tri_glide_kinematics.errors import NotFiniteError
 from tri_glide_kinematics.picking import (
+    BeltState,
+    Lessons,
     NotEnoughError,
+    NotNowError,
     Observed,
+    Scene,
     TaughtBelt,
     TaughtCamera,
     TeachingError,
+    View,
     teach_belt,
     teach_camera,
     teach_gripper,
     teach_latency,
 )
+from tri_glide_kinematics.settings import PICK_NODE, taught_of, taught_values
 
 NOISE = 0.0002
 CORNERS = ((0.0, 0.0, 0.0), (0.2, 0.0, 0.01), (0.2, 0.15, 0.0), (0.0, 0.15, 0.02))
@@ -228,3 +235,47 @@ def test_a_picture_without_depth_may_be_a_mirror_image():
     camera = cell.camera([(x, y, 0.0) for x, y, _ in CORNERS])
     assert np.linalg.det(camera.rotation) == pytest.approx(1.0)
     assert camera.place_of((100.0, -70.0, 0.0)) == pytest.approx((0.1, 0.07, 0.0), abs=1e-9)
+
+
+def test_lessons_are_taken_in_their_order_and_each_is_used_by_those_after_it():
+    """Each step changes what it teaches, and nothing else; what cannot be now is refused."""
+    values = {each.name: each.default for each in PICK_NODE}
+    cell, lessons = taught_of(values), Lessons()
+    assert taught_of({**values, **taught_values(cell)}) == cell
+
+    def taught(what, platform=None, way=None, mark=(0.0, 0.0, 0.0)):
+        belt = None if way is None else BeltState(way, 0.0, 0.0)
+        return lessons.teach(what, cell, Scene(10.0, platform, belt, mark))
+
+    for what, platform, way, text in (
+        ("gripper", None, 0.0, "must rest"),
+        ("belt", (0.0, 0.0, 0.3), None, "position of the belt"),
+        ("camera", (0.0, 0.0, 0.3), 0.0, "no picture"),
+        ("colour", (0.0, 0.0, 0.3), 0.0, "gripper, belt, latency, camera or forget"),
+    ):
+        with pytest.raises(NotNowError, match=text):
+            taught(what, platform, way)
+    cell, text = taught("gripper", (0.1, 0.0, 0.3), mark=(0.1, 0.01, 0.25))
+    assert cell.point == pytest.approx((0.0, 0.01, -0.05)) and "point of the gripper" in text
+    with pytest.raises(NotEnoughError):
+        taught("belt", (0.0, 0.0, 0.3), 0.0)
+    assert taught("forget")[0] is cell
+    for way in (0.0, 0.2):
+        with suppress(NotEnoughError):
+            cell, text = taught("belt", (0.0, 0.5 * way, 0.3), way)
+    assert cell.belt.direction == pytest.approx((0.0, 1.0, 0.0))
+    assert cell.belt.metres_per_count == pytest.approx(0.5) and "0.5 m for 1" in text
+    for speed in (0.0, 0.2):
+        for number in range(4):
+            way = 0.02 * number
+            seen = Observed((0.0, 0.5 * (way - 0.05 * speed), 0.0), way, speed)
+            lessons.see(View("camera", 9.0, seen))
+        with suppress(NotEnoughError):
+            cell, text = taught("latency")
+    assert cell.cameras["camera"].latency == pytest.approx(0.05, abs=1e-6) and "latency" in text
+    for x, y in ((0.0, 0.0), (0.1, 0.0), (0.0, 0.1), (0.1, 0.1)):
+        lessons.see(View("camera", 9.5, Observed((x, y, 0.0), 0.0)))
+        with suppress(NotEnoughError):
+            cell, text = taught("camera", (x + 0.02, y - 0.01, 0.3), 0.0)
+    assert cell.cameras["camera"].place_of((0.1, 0.0, 0.0)) == pytest.approx((0.12, 0.0, 0.25))
+    assert taught_of({**values, **taught_values(cell)}).cameras.keys() == cell.cameras.keys()

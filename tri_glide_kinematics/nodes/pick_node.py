@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections import deque
-from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from geometry_msgs.msg import Point
 from rclpy.action import ActionClient
@@ -43,8 +41,9 @@ from tri_glide_kinematics.picking import (
     PartOutcome,
     Renewal,
     RunEnd,
+    Scene,
     Sighting,
-    TaughtBelt,
+    View,
 )
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.goal_sender import SentGoal
@@ -64,19 +63,16 @@ from tri_glide_kinematics.ros.serving import CALLS, ActionServer, GoalEnd, Patie
 from tri_glide_kinematics.settings import (
     PICK_NODE,
     Values,
-    cameras_of,
-    checked,
-    direction_of,
     keep_taught,
     machine_of,
     picker_of,
-    replaced_camera,
     taught_file_of,
     taught_in,
-    way_times_of,
+    taught_of,
+    taught_values,
 )
-from tri_glide_kinematics.vectors import Vector3, combined, plus, three
-from tri_glide_kinematics.wording import number_text, vector_text
+from tri_glide_kinematics.vectors import Vector3, combined, three
+from tri_glide_kinematics.wording import number_text
 
 RELIABLE = QoSProfile(depth=10)
 
@@ -98,9 +94,6 @@ OLDEST, AHEAD = 5.0, 1.0
 # More parts in a picture would keep the node from its other work for too long.
 MOST_PARTS = 100
 
-# Pictures that are kept to teach by, and how old those may be that teach a latency [s].
-MOST_VIEWS, SEEN_OF_LATE = 500, 2.0
-
 UNKNOWN: Vector3 = (math.nan, math.nan, math.nan)
 
 ENDS = {Pick.Result.SUCCEEDED: GoalEnd.SUCCEEDED, Pick.Result.CANCELED: GoalEnd.CANCELED}
@@ -118,20 +111,6 @@ COUNTED = {
     PartOutcome.LOST: "lost",
     PartOutcome.PASSED: "passed",
 }
-
-
-class _View(NamedTuple):
-    """A picture with one part in it.
-
-    Attributes:
-        camera: its frame.
-        time: by its stamp, of time.monotonic() [s].
-        observed: the part, and the belt by that stamp.
-    """
-
-    camera: str
-    time: float
-    observed: Observed
 
 
 @dataclass(eq=False)
@@ -180,9 +159,6 @@ class PickNode(Node):
         # What the gripper was told since the last cycle: to close, or to open.
         self._passed: list[bool] = []
         self._lessons = Lessons()
-        self._views: deque[_View] = deque(maxlen=MOST_VIEWS)
-        self._reach_since: float | None = None
-        self._free_since = -math.inf
         self._has_ended = False
         self._transfers = ActionClient(self, Transfer, "ik_node/transfer")
         self._stations = self.create_publisher(StationState, "station_state", RELIABLE)
@@ -226,17 +202,15 @@ class PickNode(Node):
             KinematicsError: if they do not fit together.
         """
         self._values = values
-        self._times = way_times_of(values)
-        self._cameras = cameras_of(values)
-        self._direction = direction_of(values)
-        self._picker = picker_of(values, self._times)
+        self._taught = taught_of(values)
+        self._picker = picker_of(values)
 
     def _cycle(self) -> None:
         now, self._ahead = time.monotonic(), ahead_of_steady(self.get_clock())
         goal, transfer = self._goal, self._transfer
         if transfer is not None and transfer.outcome is None and goal is not None and goal.result:
             transfer.end(GoalCode(goal.result.code), goal.result.text)
-        self._carry_out(self._picker.step(now, self._machine_now(now)), now)
+        self._carry_out(self._picker.step(now, self._machine_now(now)))
         self._passed.clear()
         for event in self._picker.events:
             self._tell_event(event, now)
@@ -262,7 +236,6 @@ class PickNode(Node):
                 steady_time(stamp, self._ahead) - now if has_stamp(stamp) else math.inf
                 for stamp in goal.feedback.arrivals
             )
-            self._learn(arrivals, now)
         accepts = told.state in ACCEPTING
         position = self._position(now)
         return Machine(position, accepts, told.stops, arrivals, tuple(self._passed), self._holds)
@@ -281,17 +254,7 @@ class PickNode(Node):
             return self._kinematics.forward(three(heights))
         return UNKNOWN
 
-    def _learn(self, arrivals: tuple[float, ...], now: float) -> None:
-        """Note how long the way to a part takes, once it is known."""
-        if self._reach_since is None or len(arrivals) < 2 or not math.isfinite(arrivals[0]):
-            return
-        transfer, since = self._transfer, max(self._reach_since, self._free_since)
-        assert transfer is not None
-        self._reach_since = None
-        grip = transfer.stations[0].after(now + arrivals[0] - transfer.seen).position
-        self._times.note(plus(grip, self._values["gripper_point"]), now + arrivals[0] - since)
-
-    def _carry_out(self, wanted: TransferCommand | Renewal | GivingUp | None, now: float) -> None:
+    def _carry_out(self, wanted: TransferCommand | Renewal | GivingUp | None) -> None:
         """Do what the picker wants."""
         if isinstance(wanted, Renewal):
             message = StationState()
@@ -306,9 +269,9 @@ class PickNode(Node):
             if not self._transfers.server_is_ready():
                 wanted.end(GoalCode.SHUTDOWN, "ik_node does not offer transfers")
                 return
-            self._send(wanted, now)
+            self._send(wanted)
 
-    def _send(self, transfer: TransferCommand, now: float) -> None:
+    def _send(self, transfer: TransferCommand) -> None:
         """Send a ``transfer`` to ``ik_node``."""
         goal = Transfer.Goal(
             height=transfer.height,
@@ -317,10 +280,8 @@ class PickNode(Node):
             lifts=transfer.lifts,
         )
         self._stamp(goal.header, transfer.seen)
-        self._free_since = now
         if math.isfinite(transfer.leave_at):
             goal.leave_at = self._stamp_of(transfer.leave_at)
-            self._free_since = max(now, transfer.leave_at)
         for station in transfer.stations:
             told = TransferStation(dwell=station.dwell)
             _write_motion(told, station)
@@ -328,7 +289,7 @@ class PickNode(Node):
                 told.output_times.append(after)
                 told.outputs.append(self._output(closes=closes))
             goal.stations.append(told)
-        self._transfer, self._reach_since = transfer, now
+        self._transfer = transfer
         self._goal = SentGoal(self._transfers, goal)
 
     def _output(self, *, closes: bool) -> Output:
@@ -384,9 +345,9 @@ class PickNode(Node):
             self._unusable.add(f"belt_states: {error}")
 
     def _on_parts(self, message: SeenParts) -> None:
-        camera = self._cameras.get(message.header.frame_id)
+        camera = self._taught.cameras.get(message.header.frame_id)
         if camera is None:
-            names = " or ".join(map(repr, self._cameras))
+            names = " or ".join(map(repr, self._taught.cameras))
             frame = message.header.frame_id
             self._unusable.add(f"parts seen in the frame {frame!r}, it must be {names}")
             return
@@ -417,7 +378,7 @@ class PickNode(Node):
             each = self._values["metres_per_count"]
             place = vector_of(message.parts[0].position)
             observed = Observed(place, belt.position / each, belt.velocity / each)
-            self._views.append(_View(message.header.frame_id, then, observed))
+            self._lessons.see(View(message.header.frame_id, then, observed))
 
     def _on_output(self, message: Output) -> None:
         values = self._values
@@ -441,73 +402,30 @@ class PickNode(Node):
         self, request: TeachPick.Request, response: TeachPick.Response
     ) -> TeachPick.Response:
         try:
-            changed, response.message = self._taught(request)
-            if changed := checked(changed):
-                self._use({**self._values, **changed})
-                keep_taught(self._values, self._file)
+            response.message = self._teach(request)
             response.success = True
         except (KinematicsError, OSError) as error:
             response.message = str(error)
         return response
 
-    def _taught(self, request: TeachPick.Request) -> tuple[dict[str, Any], str]:
-        """Return the parameters that one more lesson changes, and what is known now in words.
+    def _teach(self, request: TeachPick.Request) -> str:
+        """Take one more lesson, use and keep what is known by it, and return that in words.
 
         Raises:
             KinematicsError: if it is not enough yet, does not fit, or cannot be just now.
         """
-        values, lessons, what = self._values, self._lessons, request.what
         if self._run.code is None:
             raise RefusedMessageError("nothing is taught while a run goes on")
-        if what == "forget":
-            self._lessons = Lessons()
-            return {}, "all touches and views are forgotten; what is in use stays"
-        belt = TaughtBelt(self._direction, values["metres_per_count"], 0.0)
-        if what == "latency":
-            views = [view for view in self._views if view.time > time.monotonic() - SEEN_OF_LATE]
-            name = self._last_view(views).camera
-            observed = [view.observed for view in views if view.camera == name]
-            latency = lessons.latency(observed, belt)
-            camera = replace(self._cameras[name], latency=latency.latency)
-            text = f"latency of {name}: {latency.latency:.4f} s, within {latency.deviation:.4f} s"
-            return replaced_camera(values, name, camera), text
-        machine = self._machine
-        if machine is None or machine.state not in RESTING:
-            raise RefusedMessageError("the platform must rest, and its position be known")
-        platform = vector_of(machine.position)
-        if what == "gripper":
-            gripper = lessons.mark(vector_of(request.mark), platform)
-            text = f"point of the gripper: {vector_text(gripper.offset)} m from the platform's"
-            return {"gripper_point": gripper.offset}, _within(text, gripper.deviation)
-        now = self._picker.belt_at(time.monotonic())
-        if now is None:
-            raise RefusedMessageError("the position of the belt is not known")
-        point = plus(platform, values["gripper_point"])
-        touch = Observed(point, now.position / values["metres_per_count"])
-        if what == "belt":
-            belt = lessons.belt(touch)
-            changed = {
-                "belt_direction": belt.direction,
-                "metres_per_count": belt.metres_per_count,
-            }
-            text = (
-                f"direction of the belt: {vector_text(belt.direction)}; {belt.metres_per_count:g} m"
-            )
-            return changed, f"{text} for 1, within {1000.0 * belt.deviation:.2g} mm in a metre"
-        if what != "camera":
-            names = "gripper, belt, latency, camera or forget"
-            raise RefusedMessageError(f"what = {what!r} must be {names}")
-        view = self._last_view(self._views)
-        known = self._cameras[view.camera]
-        camera = lessons.part(view.camera, view.observed, touch, belt, known.latency)
-        text = f"place of {view.camera}: {vector_text(camera.position)} m"
-        return replaced_camera(values, view.camera, camera), _within(text, camera.deviation)
-
-    @staticmethod
-    def _last_view(views: Sequence[_View]) -> _View:
-        if not views:
-            raise RefusedMessageError("no picture with exactly one part was seen")
-        return views[-1]
+        machine, now = self._machine, time.monotonic()
+        platform = None
+        if machine is not None and machine.state in RESTING:
+            platform = vector_of(machine.position)
+        scene = Scene(now, platform, self._picker.belt_at(now), vector_of(request.mark))
+        taught, text = self._lessons.teach(request.what, self._taught, scene)
+        if taught is not self._taught:
+            self._use({**self._values, **taught_values(taught)})
+            keep_taught(self._values, self._file)
+        return text
 
     def _begin(self, request: Pick.Goal) -> _Run:
         before = dict(self._counts)
@@ -570,7 +488,7 @@ class PickNode(Node):
         if belt is not None:
             message.belt_position, message.belt_velocity = belt.position, belt.velocity
             for part in self._picker.parts_on_belt:
-                x, y, z = combined(1.0, part.position, belt.position, self._direction)
+                x, y, z = combined(1.0, part.position, belt.position, self._taught.belt.direction)
                 message.parts.append(part.number)
                 message.positions.append(Point(x=x, y=y, z=z))
         self._states.publish(message)
@@ -589,14 +507,10 @@ class PickNode(Node):
         self._patient.end()
 
 
-def _within(text: str, deviation: float) -> str:
-    return f"{text}, within {1000.0 * deviation:.2g} mm"
-
-
 def _check(values: Values) -> None:
     machine_of(values)
-    cameras_of(values)
-    picker_of(values, way_times_of(values))
+    taught_of(values)
+    picker_of(values)
 
 
 def _write_motion(message: Any, motion: Station) -> None:

@@ -6,6 +6,7 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.picking.belt import BeltMotion as BeltMotion
+    from tri_glide_kinematics.picking.belt import BeltState as BeltState
     from tri_glide_kinematics.picking.belt import BeltUnknownError as BeltUnknownError
     from tri_glide_kinematics.picking.order import CycleTimes as CycleTimes
     from tri_glide_kinematics.picking.order import Pick as Pick
@@ -34,10 +35,14 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.simulated import laid_parts as laid_parts
     from tri_glide_kinematics.picking.teaching import Lessons as Lessons
     from tri_glide_kinematics.picking.teaching import NotEnoughError as NotEnoughError
+    from tri_glide_kinematics.picking.teaching import NotNowError as NotNowError
     from tri_glide_kinematics.picking.teaching import Observed as Observed
+    from tri_glide_kinematics.picking.teaching import Scene as Scene
     from tri_glide_kinematics.picking.teaching import TaughtBelt as TaughtBelt
     from tri_glide_kinematics.picking.teaching import TaughtCamera as TaughtCamera
+    from tri_glide_kinematics.picking.teaching import TaughtCell as TaughtCell
     from tri_glide_kinematics.picking.teaching import TeachingError as TeachingError
+    from tri_glide_kinematics.picking.teaching import View as View
     from tri_glide_kinematics.picking.teaching import teach_belt as teach_belt
     from tri_glide_kinematics.picking.teaching import teach_camera as teach_camera
     from tri_glide_kinematics.picking.teaching import teach_gripper as teach_gripper

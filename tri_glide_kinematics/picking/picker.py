@@ -8,7 +8,7 @@ itself once the machine was stopped.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
@@ -179,6 +179,7 @@ class Picker:
         order: PickOrder,
         places: Places,
         settings: PickSettings,
+        note_way: Callable[[Vector3, float], None] = lambda *_: None,
     ) -> None:
         """Wait for a run.
 
@@ -188,12 +189,16 @@ class Picker:
             order: in which they are picked.
             places: where they are put.
             settings: of each cycle.
+            note_way: is told the place of a grip [m] and how long the way there takes [s], as soon
+                as that is known.
         """
         self.is_running, self.text = False, "no run has begun"
         self.end: RunEnd | None = None
         self.events: list[PartEvent] = []
         self._belt, self._parts, self._order, self._places = belt, parts, order, places
-        self._settings = settings
+        self._settings, self._note_way = settings, note_way
+        # When the way to a part begins that is not noted yet; infinite without one [s].
+        self._sets_out = math.inf
         # The last one is the present one; one before it is still to be released.
         self._cycles: list[_Cycle] = []
         self._given: Transfer | None = None
@@ -367,6 +372,11 @@ class Picker:
     def _approach(self, now: float, machine: Machine, cycle: _Cycle) -> Renewal | GivingUp | None:
         """Return newer motion of a part where that matters, or that it is given up."""
         arrival = machine.arrivals[0] if machine.arrivals else math.inf
+        if arrival < math.inf and self._sets_out < math.inf:
+            self._note_way(
+                self._place_of(cycle.part, now + arrival), now + arrival - self._sets_out
+            )
+            self._sets_out = math.inf
         grip = now + arrival + self._settings.dwells[0]
         if self._gives_up:
             return None
@@ -424,6 +434,7 @@ class Picker:
             self.renewed(Renewal(grip, now))
             stations = grip, self._release(cycle)
             cycle.transfer = self._transfer(now, *stations, leave_at=max(pick.leave_at, free_at))
+            self._sets_out = max(now, cycle.transfer.leave_at)
             return cycle.transfer
         if parts or self._cycles or self._waits or waiting is None:
             return None

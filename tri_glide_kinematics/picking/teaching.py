@@ -12,10 +12,11 @@ nearer to each other the observations are, the larger it is. One that is too lar
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -23,10 +24,10 @@ from tri_glide_kinematics.calibration.fit import rotation_by
 from tri_glide_kinematics.checks import SMALLEST, finite, finite_array, positive
 from tri_glide_kinematics.equal_numbers import first_largest
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.vectors import FloatArray, Vector3, three
-from tri_glide_kinematics.wording import number_text
+from tri_glide_kinematics.picking.belt import BeltState
+from tri_glide_kinematics.vectors import FloatArray, Vector3, plus, three
+from tri_glide_kinematics.wording import number_text, vector_text
 
-Item = TypeVar("Item")
 Taught = TypeVar("Taught")
 
 # Standard deviation of a touch, or of a part that is seen, along each axis [m].
@@ -37,6 +38,9 @@ FARTHEST = 0.005
 SPREAD = 0.01
 # A camera is mirrored if its parts fit so many times better that way.
 MIRROR_RATIO = 3.0
+
+# Pictures that are kept to teach by, and how old those may be that teach a latency [s].
+MOST_VIEWS, SEEN_OF_LATE = 500, 2.0
 
 
 class TeachingError(KinematicsError):
@@ -347,6 +351,59 @@ def _noise(what: str, residuals: FloatArray, unknowns: int, noise: float) -> flo
     return max(math.sqrt(float((residuals**2).sum()) / free), positive("noise", noise))
 
 
+@dataclass(frozen=True)
+class TaughtCell:
+    """All that is taught.
+
+    Attributes:
+        point: of the gripper, from that of the platform [m].
+        belt: where and how far it goes.
+        cameras: by their frames.
+    """
+
+    point: Vector3
+    belt: TaughtBelt
+    cameras: Mapping[str, TaughtCamera]
+
+    def with_camera(self, name: str, camera: TaughtCamera) -> TaughtCell:
+        """Return the cell with another place, or latency, of a camera."""
+        return replace(self, cameras={**self.cameras, name: camera})
+
+
+class Scene(NamedTuple):
+    """How things are when something is taught.
+
+    Attributes:
+        now: the time [s].
+        platform: where it rests; None if it does not, or is not known [m].
+        belt: how it moves; None if that is not known.
+        mark: a known place that the gripper may touch [m].
+    """
+
+    now: float
+    platform: Vector3 | None
+    belt: BeltState | None
+    mark: Vector3
+
+
+class View(NamedTuple):
+    """A picture with one part in it.
+
+    Attributes:
+        camera: its frame.
+        time: by its stamp [s].
+        observed: the part, and the belt by that stamp.
+    """
+
+    camera: str
+    time: float
+    observed: Observed
+
+
+class NotNowError(KinematicsError):
+    """What is to be taught cannot be, as things are."""
+
+
 class Lessons:
     """Touches and views, by what they teach.
 
@@ -355,62 +412,90 @@ class Lessons:
 
     def __init__(self) -> None:
         """Know none yet."""
-        self._marks: list[tuple[Vector3, Vector3]] = []
-        self._touches: list[Observed] = []
-        self._views: list[Observed] = []
-        self._parts: dict[str, list[tuple[Observed, Observed]]] = {}
+        self._kept: dict[str, list[Any]] = {}
+        self._views: deque[View] = deque(maxlen=MOST_VIEWS)
 
-    def mark(self, mark: Vector3, platform: Vector3) -> TaughtGripper:
-        """Take in where the platform is while the gripper's point touches a known ``mark`` [m].
+    def see(self, view: View) -> None:
+        """Keep a picture, as that may be taught by."""
+        self._views.append(view)
 
-        Raises:
-            TeachingError: if that is not enough, or does not fit.
-        """
-        return _solved(self._marks, [(mark, platform)], teach_gripper)
-
-    def belt(self, touch: Observed) -> TaughtBelt:
-        """Take in a ``touch`` of the mark on the belt.
-
-        Raises:
-            TeachingError: if that is not enough, or does not fit.
-        """
-        return _solved(self._touches, [touch], teach_belt)
-
-    def latency(self, views: Sequence[Observed], belt: TaughtBelt) -> TaughtLatency:
-        """Take in ``views`` of a part at one speed of the ``belt``, which was taught before.
-
-        Raises:
-            TeachingError: if that is not enough, or does not fit.
-        """
-        return _solved(self._views, views, lambda all_: teach_latency(all_, belt))
-
-    def part(
-        self, camera: str, view: Observed, touch: Observed, belt: TaughtBelt, latency: float
-    ) -> TaughtCamera:
-        """Take in a part that a ``camera`` has seen, and that was touched.
+    def teach(self, what: str, cell: TaughtCell, scene: Scene) -> tuple[TaughtCell, str]:
+        """Take one more lesson, and return the cell as it is known now, and that in words.
 
         Args:
-            camera: its frame.
-            view: as it was seen.
-            touch: as it was touched, there or farther along the belt.
-            belt: taught before.
-            latency: of the camera [s].
+            what: "gripper" (it touches the known mark), "belt" (it touches the mark on the belt),
+                "latency" (a part passes), "camera" (it touches the part that was seen last) or
+                "forget".
+            cell: as it was known before.
+            scene: now.
 
         Raises:
             TeachingError: if that is not enough, or does not fit.
+            NotNowError: if it cannot be now.
         """
-        kept = self._parts.setdefault(camera, [])
-        return _solved(kept, [(view, touch)], lambda all_: teach_camera(all_, belt, latency))
+        if what == "forget":
+            self._kept.clear()
+            return cell, "all touches and views are forgotten; what is in use stays"
+        if what == "latency":
+            return self._latency(cell, scene.now)
+        if scene.platform is None:
+            raise NotNowError("the platform must rest, and its position be known")
+        if what == "gripper":
+            gripper = self._solved(what, [(scene.mark, scene.platform)], teach_gripper)
+            text = f"point of the gripper: {vector_text(gripper.offset)} m from the platform's"
+            return replace(cell, point=gripper.offset), _within(text, gripper.deviation)
+        if scene.belt is None:
+            raise NotNowError("the position of the belt is not known")
+        belt = cell.belt
+        touch = Observed(
+            plus(scene.platform, cell.point), scene.belt.position / belt.metres_per_count
+        )
+        if what == "belt":
+            belt = self._solved(what, [touch], teach_belt)
+            text = f"direction of the belt: {vector_text(belt.direction)}; "
+            text = _within(f"{text}{belt.metres_per_count:g} m for 1", belt.deviation)
+            return replace(cell, belt=belt), f"{text} in a metre"
+        if what != "camera":
+            names = "gripper, belt, latency, camera or forget"
+            raise NotNowError(f"what = {what!r} must be {names}")
+        name, _, seen = _last(self._views)
+        latency = cell.cameras[name].latency
+        camera = self._solved(
+            f"place of {name}", [(seen, touch)], lambda parts: teach_camera(parts, belt, latency)
+        )
+        text = f"place of {name}: {vector_text(camera.position)} m"
+        return cell.with_camera(name, camera), _within(text, camera.deviation)
 
+    def _latency(self, cell: TaughtCell, now: float) -> tuple[TaughtCell, str]:
+        """Return the cell with the latency of the camera that sees a part pass at one speed."""
+        views = [view for view in self._views if view.time > now - SEEN_OF_LATE]
+        name = _last(views).camera
+        seen = [view.observed for view in views if view.camera == name]
+        text = f"latency of {name}"
+        taught = self._solved(text, seen, lambda all_: teach_latency(all_, cell.belt))
+        camera = replace(cell.cameras[name], latency=taught.latency)
+        text = f"{text}: {taught.latency:.4f} s, within {taught.deviation:.4f} s"
+        return cell.with_camera(name, camera), text
 
-def _solved(
-    kept: list[Item], new: Sequence[Item], solve: Callable[[Sequence[Item]], Taught]
-) -> Taught:
-    """Solve with ``new`` observations, and keep them if they fit."""
-    try:
-        taught = solve([*kept, *new])
-    except NotEnoughError:
+    def _solved(
+        self, what: str, new: Sequence[Any], solve: Callable[[Sequence[Any]], Taught]
+    ) -> Taught:
+        """Solve with ``new`` observations, and keep them if they fit."""
+        kept = self._kept.setdefault(what, [])
+        try:
+            taught = solve([*kept, *new])
+        except NotEnoughError:
+            kept.extend(new)
+            raise
         kept.extend(new)
-        raise
-    kept.extend(new)
-    return taught
+        return taught
+
+
+def _last(views: Sequence[View]) -> View:
+    if not views:
+        raise NotNowError("no picture with exactly one part was seen")
+    return views[-1]
+
+
+def _within(text: str, deviation: float) -> str:
+    return f"{text}, within {1000.0 * deviation:.2g} mm"

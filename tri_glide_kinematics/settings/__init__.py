@@ -17,16 +17,13 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.arguments import sections_of as sections_of
     from tri_glide_kinematics.settings.arguments import sources_of as sources_of
     from tri_glide_kinematics.settings.picking import WayTimes as WayTimes
-    from tri_glide_kinematics.settings.picking import cameras_of as cameras_of
-    from tri_glide_kinematics.settings.picking import checked as checked
-    from tri_glide_kinematics.settings.picking import direction_of as direction_of
     from tri_glide_kinematics.settings.picking import keep_taught as keep_taught
     from tri_glide_kinematics.settings.picking import picker_of as picker_of
-    from tri_glide_kinematics.settings.picking import replaced_camera as replaced_camera
     from tri_glide_kinematics.settings.picking import simulated_cell_of as simulated_cell_of
     from tri_glide_kinematics.settings.picking import taught_file_of as taught_file_of
     from tri_glide_kinematics.settings.picking import taught_in as taught_in
-    from tri_glide_kinematics.settings.picking import way_times_of as way_times_of
+    from tri_glide_kinematics.settings.picking import taught_of as taught_of
+    from tri_glide_kinematics.settings.picking import taught_values as taught_values
     from tri_glide_kinematics.settings.tables import CALIBRATION_NODE as CALIBRATION_NODE
     from tri_glide_kinematics.settings.tables import CIA402_NODE as CIA402_NODE
     from tri_glide_kinematics.settings.tables import FK_NODE as FK_NODE

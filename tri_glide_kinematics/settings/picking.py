@@ -25,7 +25,9 @@ from tri_glide_kinematics.picking import (
     SimulatedCamera,
     SimulatedEncoder,
     SimulatedGripper,
+    TaughtBelt,
     TaughtCamera,
+    TaughtCell,
     grid,
     laid_parts,
 )
@@ -112,7 +114,34 @@ def direction_of(values: Values) -> Vector3:
     return scaled(direction, 1.0 / length)
 
 
-def picker_of(values: Values, times: WayTimes) -> Picker:
+def taught_of(values: Values) -> TaughtCell:
+    """Return what is taught.
+
+    Raises:
+        ParameterError: if there are not as many numbers as cameras need.
+    """
+    belt = TaughtBelt(direction_of(values), values["metres_per_count"], 0.0)
+    return TaughtCell(values["gripper_point"], belt, cameras_of(values))
+
+
+def taught_values(cell: TaughtCell) -> dict[str, Any]:
+    """Return what is taught, by the names of parameters.
+
+    Raises:
+        KinematicsError: if a value is outside the bounds of its parameter.
+    """
+    belt, cameras = cell.belt, cell.cameras.values()
+    taught = (belt.direction, belt.metres_per_count, cell.point)
+    of_cameras = (
+        [number for camera in cameras for number in camera.position],
+        [number for camera in cameras for number in camera.roll_pitch_yaw],
+        [camera.scale for camera in cameras],
+        [camera.latency for camera in cameras],
+    )
+    return checked(dict(zip((*TAUGHT, *TAUGHT_OF_CAMERAS), (*taught, *of_cameras))))
+
+
+def picker_of(values: Values) -> Picker:
     """Return what picks.
 
     Raises:
@@ -143,15 +172,10 @@ def picker_of(values: Values, times: WayTimes) -> Picker:
         values["sensing_time"],
         values["allowed_error"],
     )
+    times = WayTimes(values["first_place"], values["cycle_time"], settings.dwells)
     is_fixed = values["is_never_full"] and len(positions) == 1
     order = PickOrder(direction, (first, last), times)
-    return Picker(belt, parts, order, Places(positions, is_fixed=is_fixed), settings)
-
-
-def way_times_of(values: Values) -> WayTimes:
-    """Return how long ways take at first."""
-    dwells = values["part_dwell"], values["place_dwell"]
-    return WayTimes(values["first_place"], values["cycle_time"], dwells)
+    return Picker(belt, parts, order, Places(positions, is_fixed=is_fixed), settings, times.note)
 
 
 def taught_file_of(values: Values, namespace: str) -> Path:
@@ -194,16 +218,6 @@ def keep_taught(values: Values, file: Path) -> None:
         kept[name] = list(value) if isinstance(value, Sequence) else value
     file.parent.mkdir(parents=True, exist_ok=True)
     replace_file(file, f"# What pick_node was taught.\n{yaml.safe_dump(kept)}")
-
-
-def replaced_camera(values: Values, name: str, camera: TaughtCamera) -> dict[str, Any]:
-    """Return ``values`` with another place, or latency, of a camera."""
-    index, changed = values["cameras"].index(name), dict(values)
-    numbers = camera.position, camera.roll_pitch_yaw, (camera.scale,), (camera.latency,)
-    for (key, each), of_camera in zip(TAUGHT_OF_CAMERAS.items(), numbers):
-        all_ = values[key]
-        changed[key] = (*all_[: each * index], *of_camera, *all_[each * (index + 1) :])
-    return changed
 
 
 def simulated_cell_of(
