@@ -2,7 +2,7 @@
 
 import io
 
-from tri_glide_kinematics.commands.drive_report import ProgressLine, table
+from tri_glide_kinematics.commands.drive import ProgressLine, table
 from tri_glide_kinematics.programs import (
     Dwell,
     MoveStep,
