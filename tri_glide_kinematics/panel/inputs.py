@@ -12,7 +12,7 @@ import viser
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.link import MachineFacts
-from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests, Wish
+from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests, Wish, no_choice
 from tri_glide_kinematics.panel.viser_parts import show_value
 
 # What a field of a number may show, and how much of another text is told [characters].
@@ -100,7 +100,9 @@ class OperatorsInput:
             self._requests.wish(lambda: on_change(value), outlasts_stop=True)
 
     def _refusal(self, value: Any) -> str:
-        """Return why a slider cannot have a ``value``; empty if it can."""
+        """Return why a list or a slider cannot have a ``value``; empty if it can."""
+        if refusal := no_choice(self._handle, value):
+            return refusal
         low, high = (getattr(self._handle, name, None) for name in ("min", "max"))
         if low is None or high is None or low <= value <= high:
             return ""

@@ -220,6 +220,16 @@ Wish = Callable[[], None]
 Event = Any
 
 
+def no_choice(handle: Any, value: object) -> str:
+    """Return why a list or a group of buttons has no such choice; empty if it has.
+
+    viser takes any text for a choice.
+    """
+    if value in getattr(handle, "options", (value,)):
+        return ""
+    return f"nothing done: there is no choice {str(value)[:20]!r}"
+
+
 class OperatorRequests:
     """The requests of the operator, and who has the controls.
 
@@ -282,9 +292,8 @@ class OperatorRequests:
                 return
             if self.may(event.client_id):
                 value = getattr(event.target, "value", None)
-                # viser takes any text for a choice.
-                if value not in getattr(event.target, "options", (value,)):
-                    self.refuse(f"nothing done: there is no choice {str(value)[:20]!r}")
+                if refusal := no_choice(event.target, value):
+                    self.refuse(refusal)
                     return
                 self.wish(lambda: wish(value))
 

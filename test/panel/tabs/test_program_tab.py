@@ -205,3 +205,13 @@ def test_what_runs_is_not_changed_and_read_again_when_it_has_ended(tab: Rig) -> 
     (tab.folder.folder / "part.ngc").write_text(SQUARE.replace("X60", "X75"))
     tab.read_until("-20 to 75 mm")
     assert "it is read again" in tab.requests.refusal
+
+
+def test_a_choice_that_is_none_is_not_taken(tab: Rig) -> None:
+    tab.choose("square.ngc", SQUARE)
+    tab.press("Dialect", "x" * 1000)
+    assert tab.requests.refusal == f"nothing done: there is no choice '{'x' * 20}'"
+    assert tab.rig.handle("Dialect").value == FROM_SETTINGS
+    tab.press("File", "../settings.yaml")
+    assert tab.requests.refusal == "nothing done: there is no choice '../settings.yaml'"
+    assert tab.chosen.name == "square.ngc"

@@ -210,8 +210,7 @@ class MachineMap:
 
     def _draw(self, facts: MachineFacts) -> None:
         kind = self._kind.value
-        # viser takes any text for a choice.
-        if kind not in (*QUANTITIES, CALIBRATION):
+        if kind == NO_MAP:
             self._clear("")
             return
         if self._level is None:
