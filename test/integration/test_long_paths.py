@@ -6,7 +6,8 @@ from benchmarks.bench_goals import RATE, begin, circle
 from testing.goals import GoalClient
 from testing.machine import Machine
 
-pytestmark = pytest.mark.nodes
+# Beside other tests, planning gets a part of a processor, and a cycle waits for its turn.
+pytestmark = [pytest.mark.nodes, pytest.mark.alone]
 
 SEGMENTS = 10_000
 # A busy computer gets so many rounds; the fault is there in each.
