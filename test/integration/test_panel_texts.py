@@ -59,8 +59,10 @@ def page(panel: Panel, first: TextPage) -> TextPage:
     """Return the first page, with the machine at rest in its middle, whatever was before."""
     first.tab = "Drive"
     panel.client.wait_for(lambda: first.strip, "the page")
-    # A run that still waits would keep all else from being chosen.
-    first.stop()
+    if first.strip["left"]:
+        # A run that still waits would keep all else from being chosen.
+        first.stop()
+        panel.client.wait_for(lambda: not first.strip["left"], "the end of it")
     panel.bring_home()
     panel.read_until(first, "idle")
     panel.client.wait_for(lambda: "you are" not in first.text, "controls that are free")
