@@ -59,8 +59,10 @@ def page(panel: Panel, first: TextPage) -> TextPage:
     """Return the first page, with the machine at rest in its middle, whatever was before."""
     first.tab = "Drive"
     panel.client.wait_for(lambda: first.strip, "the page")
-    # A run that still waits would keep all else from being chosen.
-    first.stop()
+    if first.strip["left"]:
+        # A run that still waits would keep all else from being chosen.
+        first.stop()
+        panel.client.wait_for(lambda: not first.strip["left"], "the end of it")
     panel.bring_home()
     panel.read_until(first, "idle")
     panel.client.wait_for(lambda: "you are" not in first.text, "controls that are free")
@@ -79,9 +81,11 @@ def second(panel: Panel) -> Iterator[TextPage]:
 
 
 @pytest.fixture
-def operator(page: TextPage) -> TextPage:
-    """Return the first page, which shows the tab of programs."""
+def operator(panel: Panel, page: TextPage) -> TextPage:
+    """Return the first page, which shows the tab of programs, whatever one before has set."""
     page.tab = "Program"
+    page.set("Single block", False)
+    panel.client.set_parameters("ik_node", {"path_speed_scale": 1.0})
     return page
 
 
@@ -122,6 +126,7 @@ def test_a_program_runs_is_paused_jogged_and_goes_on_where_it_was(
     operator.click("run")
     panel.read_until(operator, "running: line 4 of 8")
     panel.read_until(operator, "G1 X60")
+    panel.read_until(operator, "left of square.ngc")
     # The line is shown as soon as it is next.
     panel.client.wait_for(lambda: panel.position[0] > -0.019, "the way of it")
     operator.click("pause")
@@ -190,7 +195,6 @@ def test_single_block_and_override_are_those_of_the_page(panel: Panel, operator:
     operator.click("run")
     operator.set("Override [%]", 200)
     panel.read_until(operator, "waits: line 3 is next")
-    panel.read_until(operator, "left of blocks.ngc")
     panel.wait_until_at((0.007, 0.0, 0.26))
     operator.click("go on")
     panel.read_until(operator, "waits: line 4 is next")

@@ -132,7 +132,7 @@ class Listing:
 
 
 class ProgramFiles:
-    """The files of the folder: one is chosen, renamed, sent or deleted, unless it runs.
+    """The files of the folder: one of them is chosen, unless one runs.
 
     Attributes:
         line: at which *run* begins.
