@@ -105,12 +105,8 @@ CODES = {
     RunEnd.STOPPED: Pick.Result.STOPPED,
     RunEnd.SHUTDOWN: Pick.Result.SHUTDOWN,
 }
-COUNTED = {
-    PartOutcome.PLACED: "placed",
-    PartOutcome.MISSED: "missed",
-    PartOutcome.LOST: "lost",
-    PartOutcome.PASSED: "passed",
-}
+# As results, feedback and states name them.
+COUNTED = {outcome: outcome.name.lower() for outcome in PartOutcome}
 
 
 @dataclass(eq=False)
@@ -227,9 +223,9 @@ class PickNode(Node):
 
     def _machine_now(self, now: float) -> Machine:
         """Return what the machine says of itself."""
-        told, goal = self._machine, self._goal
+        told, goal, passed = self._machine, self._goal, tuple(self._passed)
         if told is None or now > self._heard_at + LONGEST_SILENCE:
-            return Machine(UNKNOWN, accepts=False)
+            return Machine(UNKNOWN, accepts=False, passed=passed)
         arrivals: tuple[float, ...] = ()
         if goal is not None and goal.feedback is not None and self._transfer is not None:
             arrivals = tuple(
@@ -238,7 +234,7 @@ class PickNode(Node):
             )
         accepts = told.state in ACCEPTING
         position = self._position(now)
-        return Machine(position, accepts, told.stops, arrivals, tuple(self._passed), self._holds)
+        return Machine(position, accepts, told.stops, arrivals, passed, self._holds)
 
     def _position(self, now: float) -> Vector3:
         """Return where the setpoints lead the platform now, as late as its drives are [m].
