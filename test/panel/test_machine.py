@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from panel_rig import PanelRig, tell
+from rcl_interfaces.msg import ParameterEvent
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.panel.link import STATE_SILENCE
@@ -78,6 +79,9 @@ def test_a_refusal_is_told_with_the_bound_that_the_place_breaks(
 def test_states_and_the_teach_mode_are_kept_in_the_history(
     rig: PanelRig, machine: ShownMachine
 ) -> None:
+    # A parameter changes at about the same time.
+    machine.feeds._on_state(MachineState(state=MachineState.IDLE, teach_mode=True))
+    machine._on_parameters(ParameterEvent(node=machine.link.server))
     tell(machine, teach_mode=True)
     assert machine.facts is not None and machine.facts.is_teaching
     tell(machine, state=MachineState.FAULT, cause=MachineState.CAUSE_STARTED_DISABLED)

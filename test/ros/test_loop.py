@@ -463,7 +463,6 @@ NODE_THAT_SLEEPS = """
 import signal, rclpy
 from rclpy.node import Node
 from testing.domain import own_context
-from testing.waiting import wait_until
 from tri_glide_kinematics.ros.loop import Cycle, CycleLoop
 
 signal.signal(signal.SIGINT, lambda *_: None)

@@ -355,7 +355,7 @@ class _Steps:
         self.work = work
         self.options = options
 
-    def go_to_begin(self, namespace: str) -> None:
+    def find_begin(self, namespace: str) -> None:
         """Take what is to be driven of it, on the machine in a ``namespace``."""
 
     def ask(self, terminal: _Terminal, link: ProgramLink) -> None:
@@ -379,7 +379,7 @@ class _Lines(_Steps):
         self._line = _begin(options)
         self._is_teaching = False
 
-    def go_to_begin(self, namespace: str) -> None:
+    def find_begin(self, namespace: str) -> None:
         self.kept = self.options.progress or default_kept_file(namespace)
         if self.options.go_on:
             self._line = line_to_go_on_from(self.kept, self._program)
@@ -417,7 +417,7 @@ def _drive(job: _Steps, options: argparse.Namespace) -> int:
     try:
         node = Node("drive")
         terminal, link = _Terminal(node), ProgramLink(node)
-        job.go_to_begin(node.get_namespace())
+        job.find_begin(node.get_namespace())
         job.ask(terminal, link)
         # From here on a stop ends it, also while it is checked.
         run = ProgramRun(

@@ -130,7 +130,10 @@ def _identify(options: argparse.Namespace) -> None:
 
 def _known(text: str) -> tuple[str, float]:
     name, _, value = text.partition("=")
-    return name.strip(), number("a number behind a name and =")(value)
+    try:
+        return name.strip(), number("a number")(value)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a name, =, and a number") from error
 
 
 def make_parser() -> argparse.ArgumentParser:

@@ -189,7 +189,8 @@ class ShownMachine:
                 for each in event.changed_parameters
                 if each.name in NAMES
             }
-            self._take(self.facts.with_changes(changed))
+            self.facts = self.facts.with_changes(changed)
+            self._requests.follow_twist_timeout(self.facts.values["twist_timeout"])
 
     def _look_for_refusals(self) -> None:
         # A goal that is looked at tells how it has ended.

@@ -18,7 +18,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.link import MachineLink
 from tri_glide_kinematics.vectors import Vector3, scaled
 
-# Jogs by buttons: held, or step by step.
+# Jogs by buttons that are held.
 
 # How often the page says that the button is held [1/s].
 RENEWALS = 30.0

@@ -10,6 +10,7 @@ from benchmarks.bench_stops import KINDS, Drive, Kind, measure, own_stop, states
 from tri_glide_kinematics.motion import MotionPhase
 from tri_glide_kinematics.motion.moves import own_stop as shortest
 from tri_glide_kinematics.motion.moves.stopping import LONGEST_ON_LINE
+from tri_glide_kinematics.motion.trajectory import RuckigPlanner
 
 # So many states take a quarter of a second.
 COUNTS = {
@@ -34,6 +35,17 @@ def test_a_stop_is_hardly_longer_than_the_sliders_own_stop(kind):
     assert found.findings.violations == []
     assert len(found.ratios) > 0.9 * COUNTS[kind.name]
     assert found.is_reached, found.figures
+
+
+def test_the_sliders_own_stop_is_as_short_as_ruckig_has_it():
+    ruckig = RuckigPlanner(3)
+    for drive in states(kind_of("slider moves"), 40, seed=3):
+        state = drive.engine.state
+        limits = drive.scenario.limits
+        bounds = (limits.velocity, limits.acceleration, limits.jerk)
+        phases = ruckig.to_rest(state.velocities, state.accelerations, bounds)
+        theirs = max(sum(length for length, _ in each) for each in phases)
+        assert shortest(state, limits).duration == pytest.approx(theirs, abs=1e-6)
 
 
 def test_a_stop_of_a_line_stays_on_it():

@@ -153,6 +153,14 @@ def test_own_buttons_are_made_pressed_and_removed(hand: Rig) -> None:
     assert hand.refusal == "choose a program first"
 
 
+def test_a_mistake_in_the_file_of_own_buttons_is_told_once(hand: Rig) -> None:
+    hand.controls._own._file.write_text("there: [1]\n")
+    for _ in range(3):
+        assert hand.words == ""
+    assert "must have a text for each name" in hand.refusal
+    assert [each.count for each in hand.rig.requests.history] == [1]
+
+
 def test_the_present_place_gets_a_number_from_the_work_zero(hand: Rig) -> None:
     hand.press("This place is [mm]", "50")
     hand.press("z")

@@ -153,7 +153,12 @@ def test_what_is_sent_read_or_proved_is_cancelled(tab: Rig) -> None:
     assert tab.requests.refusal.startswith("nothing cancelled: ")
 
 
-def test_lines_are_chosen_in_the_listing_and_files_renamed_and_deleted(tab: Rig) -> None:
+def test_lines_are_chosen_in_the_listing_and_files_renamed_sent_and_deleted(
+    tab: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent: list[Any] = []
+    page = SimpleNamespace(send_file_download=lambda *what, **_: sent.append(what[:2]))
+    monkeypatch.setattr(tab.rig.server, "get_clients", lambda: {OPERATOR: page})
     tab.press("rename")
     assert tab.requests.refusal == "choose a program first"
     tab.choose("square.ngc", SQUARE)
@@ -161,6 +166,8 @@ def test_lines_are_chosen_in_the_listing_and_files_renamed_and_deleted(tab: Rig)
     assert "3  G1 X-20 F6000" in tab.tab._actions._listing._html.content
     tab.rig.send(tab.tab._actions._listing._rows[2], True)
     assert tab.rig.handle("From line").value == "3"
+    tab.press("download")
+    assert sent == [("square.ngc", SQUARE.encode())]
     tab.press("Name", "renamed.ngc")
     tab.press("rename")
     assert tab.folder.names() == ["renamed.ngc"]

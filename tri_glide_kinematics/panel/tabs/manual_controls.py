@@ -235,7 +235,9 @@ class OwnButtons:
         mark = mark_of(self._file)
         if mark == self._mark:
             return
-        self._mark, programs = mark, load_buttons(self._file)
+        # Before it is read: a mistake in it is told once, not in each frame.
+        self._mark = mark
+        programs = load_buttons(self._file)
         for name, (text, button) in tuple(self._buttons.items()):
             if programs.get(name) != text:
                 button.remove()

@@ -93,6 +93,7 @@ class ProgramTab:
     """Programs of a folder: chosen, checked, and run.
 
     Attributes:
+        files: of which one is chosen.
         left: how long the program that runs still takes, for the strip; empty if unknown.
     """
 
