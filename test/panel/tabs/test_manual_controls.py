@@ -158,7 +158,8 @@ def test_a_mistake_in_the_file_of_own_buttons_is_told_once(hand: Rig) -> None:
     for _ in range(3):
         assert hand.words == ""
     assert "must have a text for each name" in hand.refusal
-    assert [each.count for each in hand.rig.requests.history] == [1]
+    told = [each.count for each in hand.rig.requests.history if "must have" in each.text]
+    assert told == [1]
 
 
 def test_the_present_place_gets_a_number_from_the_work_zero(hand: Rig) -> None:
