@@ -90,11 +90,18 @@ def test_a_line_is_not_driven_from_another_place_or_state_or_after_stop(hand: Ri
     hand.type(LINE)
     hand.controls._driver._from = (0.0, 0.0, 0.26)
     hand.wait_for(lambda: not hand.words and "was moved meanwhile" in hand.refusal)
-    hand.type(LINE)
-    for end in hand.rig.requests.on_stop:
-        end()
-    assert not hand.runs.is_taken
-    assert hand.words == ""
+
+    def stop() -> None:
+        for end in hand.rig.requests.on_stop:
+            end()
+
+    # Nor when the node ends.
+    for ending in (stop, hand.runs.may_end):
+        hand.type(LINE)
+        assert hand.runs.is_taken
+        ending()
+        assert not hand.runs.is_taken
+        assert hand.words == ""
 
 
 def test_a_run_goes_on_by_resume_and_ends_with_stop(hand: Rig) -> None:

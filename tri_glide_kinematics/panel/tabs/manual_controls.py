@@ -85,7 +85,6 @@ class LineDriver:
         self._proof: Future[Program] | None = None
         self._run: ProgramRun | None = None
         self._prover = ThreadPoolExecutor(1)
-        requests.on_stop.append(self._drop_proof)
 
     def drive(self, text: str, name: str = "") -> None:
         """Begin to read and prove a ``text``; it is driven, as ``name``, when that is done.
@@ -93,7 +92,7 @@ class LineDriver:
         Raises:
             KinematicsError: if it cannot be driven now.
         """
-        if self._proof is not None or self._runs.drives(self._run):
+        if self._runs.is_reserved or self._runs.drives(self._run):
             raise KinematicsError("nothing driven: another line is not done yet")
         self._what = name or text
         self._run, self._from = None, self._machine.place
@@ -106,15 +105,14 @@ class LineDriver:
         self._runs.is_reserved = True
 
     def step(self) -> None:
-        """Drive what is proved.
+        """Drive what is proved, unless Stop was pressed meanwhile.
 
         Raises:
             KinematicsError: if it cannot be driven.
         """
-        if self._proof is not None and self._proof.done():
-            proof = self._proof
-            self._drop_proof()
-            program = proof.result()
+        if self._runs.is_reserved and self._proof is not None and self._proof.done():
+            self._runs.is_reserved = False
+            program = self._proof.result()
             self._check_ready()
             self._run = ProgramRun(self._runs.link, program)
             self._runs.begin(self._run, self._tell_failure)
@@ -122,13 +120,10 @@ class LineDriver:
     @property
     def words(self) -> str:
         """What is done with the newest line, in words; empty before the first."""
-        words = "is proved" if self._proof is not None else ""
+        words = "is proved" if self._runs.is_reserved else ""
         if (run := self._run) is not None:
             words = "done" if run.is_whole else run.doing or run.state.value
         return f"{self._what}: {words}" if words else ""
-
-    def _drop_proof(self) -> None:
-        self._proof, self._runs.is_reserved = None, False
 
     def _tell_failure(self) -> None:
         reports = self._run.reports if self._run is not None else ()

@@ -18,7 +18,7 @@ class Runs:
 
     Attributes:
         link: by which it runs.
-        is_reserved: whether a line is proved that runs next.
+        is_reserved: whether a line is proved that runs next; no more once all is to stop.
     """
 
     def __init__(self, requests: OperatorRequests) -> None:
@@ -69,7 +69,8 @@ class Runs:
             self._requests.refuse(f"program: {error}")
 
     def stop(self) -> None:
-        """End the run, if there is one: the machine was told to stop."""
+        """End the run, if there is one, and let none follow: the machine was told to stop."""
+        self.is_reserved = False
         if self._run is not None:
             self._run.stop()
 
