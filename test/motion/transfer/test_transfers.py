@@ -39,10 +39,12 @@ from tri_glide_kinematics.motion import (
 from tri_glide_kinematics.motion.shaped import LimitBounds
 from tri_glide_kinematics.motion.tracking import MovingTarget
 from tri_glide_kinematics.motion.transfer import (
+    Renewal,
     Station,
     TransferError,
     TransferPlan,
     TransferPlanner,
+    Ways,
 )
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3
@@ -375,3 +377,24 @@ def test_a_plan_that_is_ready_too_late_is_made_again_for_where_the_place_is_then
             off.append(math.dist(moving.platform[0], belt(moving.elapsed - begun).position))
     assert off and max(off) < 1e-6
     assert_rests_at(moving, HOME, 1e-6)
+
+
+def test_changes_without_end_keep_the_platform_at_the_place_for_a_tenth_of_a_second_at_most():
+    """Each change let it stay for longer once more: 1.5 s in all."""
+
+    def shaking(time: float) -> MovingTarget:
+        turns, past = divmod(time, 0.03)
+        off, sign = (0.01 * past, 1.0) if turns % 2.0 == 0.0 else (0.01 * (0.03 - past), -1.0)
+        return MovingTarget((0.05 * time + off - 0.12, 0.1, 0.25), (0.05 + 0.01 * sign, 0.0, 0.0))
+
+    found, ways = plan(shaking), Ways(WORKSPACE, HEIGHT, 0.005)
+    first, begun, now, latest = found.arrival(0), 0.0, 0.0, 0.0
+    while found.gives_up is None and now < begun + found.arrival(0):
+        now += 0.01
+        told = station(shaking(now))._replace(outputs=((0.01, True),))
+        renewed = at_once(Renewal(ways, found, now - begun, LIMITS).to(told, 0.0, 1e-3))
+        if renewed is not None:
+            found, begun = renewed, now
+        if found.gives_up is None:
+            latest = max(latest, begun + found.arrival(0))
+    assert 0.05 < latest - first < 0.1 + 1e-9

@@ -35,8 +35,8 @@ SLOWER_ATTEMPTS, SLOWER_BY = 3, 1.02
 # Knots are no closer than this: rounding would be divided by the cube of it [s].
 SAME_KNOT = 1e-5
 
-# After a change that comes too late for the way down, the platform stays at the place for so much
-# longer [s]; not for less than this part of what is allowed.
+# After changes that come too late for the way down, the platform stays at the place for so much
+# longer in all [s]; not for less than this part of what is allowed.
 STAYS_LONGER, STAYS_FOR = (0.03, 0.06, 0.1), 0.5
 
 # A place that is missed by this part of what is allowed is met.
@@ -114,7 +114,7 @@ class Renewal:
         Args:
             place: as of the start of the base.
             end: of the leg as it is planned, in the base [s].
-            stays: for how much longer the platform may stay at the place, at last [s].
+            stays: for how much longer than it has to the platform may stay at the place [s].
 
         Raises:
             KinematicsError: if there is none.
@@ -152,7 +152,10 @@ class Renewal:
             yield
         # The way down may need all jerk that there is: then it is caught up with at its end.
         for longer in stays:
-            later = leg._replace(arrival=leg.arrival + longer)
+            # What it stays longer already since renewals before belongs to it.
+            later = leg._replace(arrival=leg.base.duration + longer)
+            if not later.arrival > leg.arrival:
+                continue
             try:
                 return (yield from self._met(later, place, later.arrival + later.ride))
             except KinematicsError as error:
