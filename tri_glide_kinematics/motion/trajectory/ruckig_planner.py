@@ -7,12 +7,15 @@ from collections.abc import Sequence
 from tri_glide_kinematics.motion.errors import PlanningError
 from tri_glide_kinematics.motion.trajectory.phases import Phases
 
-# The ROS index has ruckig 0.9.2, whose own Python module shows no phases: see tri_glide_ruckig/.
+# The ROS index has ruckig 0.9.2, whose own Python module shows no phases and has no RuckigError:
+# see tri_glide_ruckig/.
 try:
     import ruckig
+    from ruckig import RuckigError
 except ImportError as missing:
     try:
         import tri_glide_ruckig as ruckig
+        from tri_glide_ruckig import RuckigError
     except ImportError:
         raise ModuleNotFoundError(
             "there is neither the module ruckig (python3 -m pip install ruckig) nor "
@@ -177,7 +180,7 @@ class RuckigPlanner:
             try:
                 self._ruckig.calculate(parameters, self._trajectory)
             # The binding has no name for some results and raises a ValueError then.
-            except (ruckig.RuckigError, ValueError) as error:
+            except (RuckigError, ValueError) as error:
                 reason = str(error).strip().splitlines()
             else:
                 return [
