@@ -216,6 +216,14 @@ def test_a_gripper_that_closes_with_no_part_to_be_gripped_ends_the_run():
         cell.picker.run()
 
 
+def test_a_gripper_that_is_told_to_close_once_more_keeps_its_part():
+    cell = started().run(lambda cell: cell.gripper.held)
+    cell.picker.step(cell.now, cell.machine.machine._replace(passed=[True]))
+    assert cell.picker.is_running
+    cell.run(lambda cell: len(cell.outcomes()) == 2)
+    assert cell.outcomes() == [PartOutcome.PLACED] * 2
+
+
 def test_a_sensor_tells_what_was_missed_and_what_was_lost_and_the_places_stay_free():
     tray = Places(grid((0.2, 0.2, 0.0), (1, 20), ((0.0, 0.0, 0.0), (0.0, 0.03, 0.0))))
     cell = Cell(places=tray, losing=0.4)

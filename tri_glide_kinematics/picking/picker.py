@@ -312,6 +312,9 @@ class Picker:
 
     def _pass(self, closes: bool, now: float) -> None:
         """Take in what the gripper was told: to close at the next part, or to open at a place."""
+        if closes and self._is_closed:
+            # Whoever has told it once more: it keeps what it has.
+            return
         self._is_closed = closes
         cycle = next((each for each in self._cycles if math.isinf(each.gripped) == closes), None)
         if cycle is None:
