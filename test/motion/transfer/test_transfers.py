@@ -323,7 +323,7 @@ def test_without_the_proof_limits_would_be_exceeded(monkeypatch):
     kept = []
     for _ in range(2):
         moving = at_home()
-        picked(moving, even((0.2, 0.0, 0.0)), LIARS["jumps"])
+        picked(moving, even((0.2, 0.0, 0.0)), LIARS["turns"])
         kept.append(moving.kept_limits)
         monkeypatch.setattr(LimitBounds, "keeps_limits", True)
     assert kept == [True, False]
@@ -398,3 +398,20 @@ def test_changes_without_end_keep_the_platform_at_the_place_for_a_tenth_of_a_sec
         if found.gives_up is None:
             latest = max(latest, begun + found.arrival(0))
     assert 0.05 < latest - first < 0.1 + 1e-9
+
+
+@pytest.mark.parametrize("before", [0.09, 0.13])
+def test_at_the_arrival_it_is_as_near_to_the_place_as_is_asked_or_goes_up(before):
+    """Where it met a place at the end of a long dwell only, outputs were told 1.6 mm beside it."""
+    belt, allowed = even((0.1, 0.0, 0.0)), 1e-3
+    planner, ways = TransferPlanner(WORKSPACE, HEIGHT, 0.005), Ways(WORKSPACE, HEIGHT, 0.005)
+    stations = [station(belt(0.0))._replace(dwell=0.2), Station(HOME)]
+    found = at_once(planner.planned(HOME, stations, 0.0, LIMITS, lifts=False))
+    now = found.arrival(0) - before
+    changed = belt(now)._replace(acceleration=(0.8, 0.0, 0.0))
+    told = station(changed)._replace(dwell=0.2, outputs=((0.0, True),))
+    renewed = at_once(Renewal(ways, found, now, LIMITS).to(told, 0.0, allowed))
+    arrival = renewed.arrival(0)
+    if renewed.gives_up is None:
+        place = MACHINE.forward(renewed.at(arrival).heights)
+        assert math.dist(place, changed.after(arrival).position) <= allowed

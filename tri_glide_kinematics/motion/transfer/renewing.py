@@ -98,7 +98,7 @@ class Renewal:
         missed_at_last = math.dist(leg.is_at(end), place.after(end).position)
         stays = now < told and missed_at_last > STAYS_FOR * allowed
         try:
-            return (yield from self._renewed(place, end, STAYS_LONGER if stays else ()))
+            return (yield from self._renewed(place, end, allowed, STAYS_LONGER if stays else ()))
         except KinematicsError as refusal:
             if missed <= allowed:
                 return None
@@ -107,13 +107,14 @@ class Renewal:
         return (yield from given_up(self._ways, self._plan, self._time, limits, reason))
 
     def _renewed(
-        self, place: MovingTarget, end: float, stays: Iterable[float]
+        self, place: MovingTarget, end: float, allowed: float, stays: Iterable[float]
     ) -> Interruptible[TransferPlan]:
         """Return a plan that meets a ``place``, later and slower if need be.
 
         Args:
             place: as of the start of the base.
             end: of the leg as it is planned, in the base [s].
+            allowed: so far from the place the platform may be at the arrival [m].
             stays: for how much longer than it has to the platform may stay at the place [s].
 
         Raises:
@@ -129,7 +130,7 @@ class Renewal:
             if met > end:
                 continue
             try:
-                return (yield from self._met(leg, place, met))
+                return (yield from self._met(leg, place, met, allowed))
             except _TooFastError as error:
                 refusal, rate = error.reason, 1.0 / error.slowdown
             except KinematicsError as error:
@@ -143,7 +144,7 @@ class Renewal:
             slower = slower_leg(leg, now, rate)
             met = min(max(slower.upright, now + quickest), slower.arrival)
             try:
-                return (yield from self._met(slower, place, met))
+                return (yield from self._met(slower, place, met, allowed))
             except _TooFastError as error:
                 refusal, rate = error.reason, rate / error.slowdown**2
             except KinematicsError as error:
@@ -157,35 +158,44 @@ class Renewal:
             if not later.arrival > leg.arrival:
                 continue
             try:
-                return (yield from self._met(later, place, later.arrival + later.ride))
+                end = later.arrival + later.ride
+                return (yield from self._met(later, place, end, allowed))
             except KinematicsError as error:
                 refusal = error
             yield
         raise refusal
 
-    def _met(self, leg: Leg, place: MovingTarget, met: float) -> Interruptible[TransferPlan]:
+    def _met(
+        self, leg: Leg, place: MovingTarget, met: float, allowed: float
+    ) -> Interruptible[TransferPlan]:
         """Return a plan whose present ``leg`` meets a ``place``, if that keeps all limits.
 
         Args:
             leg: as it is driven in the frame.
             place: as of the start of its base.
             met: when it is met, in the base [s].
+            allowed: so far from the place the platform may be at the arrival [m].
 
         Raises:
             _TooFastError: if it is too fast.
-            KinematicsError: if it leaves the workspace.
+            KinematicsError: if it leaves the workspace, or arrives too far from the place.
         """
         end = leg.arrival + leg.ride
         begins, instants = [(self._now, leg.frame_at(self._now))], (met, leg.arrival, end)
         carriage = Carriage.onto(begins, place, leg.goal, instants)
         carried = CarriedPlan(self._ways.workspace.machine, leg.base, carriage, end, self._now)
+        renewed = leg._replace(plan=carried, begin=self._now)
+        off = math.dist(renewed.is_at(leg.arrival), place.after(leg.arrival).position)
+        if off > allowed and self._now < leg.arrival:
+            text = f"{1e3 * off:.2g} mm from the place at the arrival"
+            raise TransferError(f"{text}, at most {1e3 * allowed:.2g} mm")
         use = yield from carried.use_inside(self._ways.workspace, self._limits)
         if not use.keeps_limits:
             try:
                 use.check(self._limits)
             except KinematicsError as error:
                 raise _TooFastError(error, slowdown(use, self._limits)) from error
-        legs = [leg._replace(plan=carried, begin=self._now), *self._plan.legs[self._index + 1 :]]
+        legs = [renewed, *self._plan.legs[self._index + 1 :]]
         if len(legs) > 1:
             frame = place.after(self._now + carried.duration)
             legs[1] = yield from self._following(legs[1], frame)
