@@ -8,6 +8,7 @@ from soak import many, seed
 
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError
 from tri_glide_kinematics.picking import BeltMotion, BeltUnknownError, SimulatedBelt
+from tri_glide_kinematics.picking import belt as belt_room
 
 PERIOD = 0.01  # s
 STEP = 5e-5  # m
@@ -39,6 +40,15 @@ def test_a_steady_belt_is_foreseen_within_little_more_than_a_step_of_its_encoder
         for ahead in (0.02, 0.3, 0.8):
             state = motion.at(1.5 + ahead)
             assert abs(state.position - belt.at(1.5 + ahead)[0]) < 0.9 * step
+
+
+def test_of_the_reports_of_a_quick_encoder_some_are_used_and_tell_as_much(monkeypatch):
+    fits, belt, motion = [], belt_of(0.3), BeltMotion()
+    fit = belt_room.fitted
+    monkeypatch.setattr(belt_room, "fitted", lambda *data: fits.append(1) or fit(*data))
+    told(motion, belt, 0.0, 1.0, period=0.001)
+    assert len(fits) <= 334
+    assert abs(motion.at(1.3).position - belt.at(1.3)[0]) < STEP
 
 
 @pytest.mark.parametrize("speed, wanted", [(0.1, 0.22), (0.3, 0.42), (0.3, 0.18), (0.05, 0.17)])

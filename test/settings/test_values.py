@@ -9,6 +9,7 @@ from tri_glide_kinematics.motion.limits import ForceLimits, PlatformSpeedLimit
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperByPlace, ShaperKind
 from tri_glide_kinematics.settings import (
     IK_NODE,
+    PICK_NODE,
     SIMULATOR_NODE,
     check_joint_names,
     check_travel,
@@ -21,6 +22,7 @@ from tri_glide_kinematics.settings import (
     supervision_bounds_of,
     swing_of,
     taught_in,
+    taught_of,
     true_travel_of,
     workspace_limits_of,
 )
@@ -235,6 +237,10 @@ REFUSED = {
         ({**WEIGHED, "arm_centres": (0.5, 0.6, 0.5)}, "arm centre = 0.6 must be 0.5 for a uniform"),
         ({**WEIGHED, "force_limit_up": (60.0, 20.0, 60.0)}, "force_limit_up[1] = 20 N cannot hold"),
     ],
+    taught_of: [
+        ({"cameras": ("a", "b", "a")}, "cameras = (a, b, a) must have each name once"),
+        ({"cameras": ("a", "b")}, "camera_places has 3 elements, expected 6"),
+    ],
     shaper_of: WRONG_MODES,
     shaped: WRONG_MODES,
     swing_of: [
@@ -259,7 +265,7 @@ REFUSED = {
     [(check, *case) for check, cases in REFUSED.items() for case in cases],
 )
 def test_values_that_do_not_fit_together_are_refused_by_name_and_number(check, changes, words):
-    table = SIMULATOR_NODE if check is swing_of else IK_NODE
+    table = {swing_of: SIMULATOR_NODE, taught_of: PICK_NODE}.get(check, IK_NODE)
     check(values(table))
     with pytest.raises(KinematicsError) as refused:
         check(values(table, **changes))

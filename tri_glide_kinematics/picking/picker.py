@@ -375,11 +375,6 @@ class Picker:
     def _approach(self, now: float, machine: Machine, cycle: _Cycle) -> Renewal | GivingUp | None:
         """Return newer motion of a part where that matters, or that it is given up."""
         arrival = machine.arrivals[0] if machine.arrivals else math.inf
-        if arrival < math.inf and self._sets_out < math.inf:
-            self._note_way(
-                self._place_of(cycle.part, now + arrival), now + arrival - self._sets_out
-            )
-            self._sets_out = math.inf
         grip = now + arrival + self._settings.dwells[0]
         if self._gives_up:
             return None
@@ -392,6 +387,11 @@ class Picker:
                 return None
             self._gives_up = True
             return GivingUp(cycle.part.text)
+        if arrival < math.inf and self._sets_out < math.inf:
+            self._note_way(
+                self._place_of(cycle.part, now + arrival), now + arrival - self._sets_out
+            )
+            self._sets_out = math.inf
         known = self._renewal
         if known is None or now < known.seen + RENEWED_AFTER or not now < grip < math.inf:
             return None

@@ -81,9 +81,11 @@ def cameras_of(values: Values) -> dict[str, TaughtCamera]:
     """Return the cameras by their frames.
 
     Raises:
-        ParameterError: if there are not as many numbers as cameras need.
+        ParameterError: if a name stands twice, or there are not as many numbers as cameras need.
     """
     names = values["cameras"]
+    if len(set(names)) < len(names):
+        raise ParameterError(f"cameras = ({', '.join(names)}) must have each name once")
     for name, each in TAUGHT_OF_CAMERAS.items():
         if len(values[name]) != each * len(names):
             raise ParameterError(
