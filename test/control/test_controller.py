@@ -669,3 +669,22 @@ def test_with_a_shaper_a_target_is_followed_and_its_silence_ends_that(rig):
     rig.cycle_until(STOPPING, cycles + 2)
     rig.cycle_until(IDLE, cycles)
     assert rig.measured == rig.engine.state.heights
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.4, 0.8])
+def test_a_target_is_met_whenever_in_a_period_it_is_told(rig, phase):
+    # At 0.2 m/s half a period is a tenth of a millimetre.
+    speed, errors = 0.2, []
+
+    def place(time):
+        return (-0.08 + speed * (time - begin), 0.0, 0.3)
+
+    rig.cycle(10)
+    begin = rig.now
+    for cycle in range(400):
+        told = rig.now + phase * PERIOD
+        if cycle % 5 == 0:
+            rig.controller.track(place(told), (speed, 0.0, 0.0), told, told)
+        setpoint = rig.cycle()
+        errors.append(math.dist(MACHINE.forward(setpoint.heights), place(rig.now)))
+    assert max(errors[300:]) < 1e-6

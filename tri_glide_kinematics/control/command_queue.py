@@ -341,7 +341,8 @@ class CommandQueue:
                 raise CommandRefusedError(NO_PATH_ANY_MORE, Refusal.NO_PATH)
             self._making = command.making(engine.target if command.extends else None)
             if self._making is None:
-                command.has_turn(self._now, self._period, self.present)
+                following = self._now + (self._period if self._now == self.present else 0.0)
+                command.has_turn(following, self._period, self.present)
                 self.behind = self.present - engine.elapsed
                 engine.carry_out(command)
         except KinematicsError as error:

@@ -117,6 +117,7 @@ class IkNode(Node):
         self._time_before_setpoint = PLANNING_PART * period
         self._time_for_requests = REQUESTS_PART * period
         self._planning = PlanningTime()
+        self._has_planned = False
         self._renewal: tuple[int, Station, float] | None = None
         self._renewal_came = 0.0
         self._target_timeout = values["target_timeout"]
@@ -207,10 +208,9 @@ class IkNode(Node):
         self._stream_topics = (twists.topic_name, states.topic_name, stations.topic_name)
         self._reliable_topics = (poses.topic_name, paths.topic_name)
         urgent = (self._measured, poses, twists, states, stations, paths, runs, *services.urgent)
-        # The way to a pose takes a millisecond to plan: it begins in the sleep before the cycle.
-        self.cycle = Cycle(
-            urgent, period, self._cycle, self._plan, (poses,), self._may_end, self._end
-        )
+        # To read these, and to plan the way to a pose, takes time: it begins before the cycle.
+        early = poses, twists, states
+        self.cycle = Cycle(urgent, period, self._cycle, self._plan, early, self._may_end, self._end)
         Markers(self, workspace, self._base_frame, self._engine)
         patient = PatientServices(self, lambda: self._engine.phase is MotionPhase.IDLE)
         self._actions = MotionActions(
@@ -259,6 +259,7 @@ class IkNode(Node):
             FatalError: if the held plan cannot be driven to its end, either.
         """
         try:
+            self._has_planned = False
             until = now + self._time_before_setpoint
             planning = self._planning
             may_go_on = planning.until(until) if planning.is_short(until) else None
@@ -299,7 +300,14 @@ class IkNode(Node):
         self._recorder.look(now, fault, leads=controller.leads)
 
     def _plan(self, until: float) -> None:
-        """Use what is left of a cycle, ``until`` some time.monotonic(), to plan."""
+        """Use what is left of a cycle, ``until`` some time.monotonic(), to plan.
+
+        A piece at least is planned after each setpoint. Besides, a command that comes in the sleep
+        is planned at once only where that makes the next setpoint no later than planning may.
+        """
+        if self._has_planned and not self._planning.is_short(until + self._time_before_setpoint):
+            return
+        self._has_planned = True
         self._try(lambda: self._controller.plan(self._planning.until(until)))
         self._try(self._reports.tell)
 

@@ -240,11 +240,11 @@ class Command(ABC):
         if self.outcome is None:
             self.outcome = Outcome(code, text)
 
-    def has_turn(self, now: float, period: float, present: float) -> None:  # noqa: B027
+    def has_turn(self, following: float, period: float, present: float) -> None:  # noqa: B027
         """Note that it is given to the engine; most commands need nothing of that.
 
         Args:
-            now: the time [s].
+            following: for when the next setpoint is, as far as that is known [s].
             period: from the present setpoint to the next one [s].
             present: for when the present setpoint was [s].
         """
@@ -472,9 +472,9 @@ class Track(Command):
         """The motion, in words, while it is carried out."""
         return "follows a moving target"
 
-    def has_turn(self, now: float, period: float, present: float) -> None:
-        """Work out its age: the next setpoint is for now, the present one a period older."""
-        self.age = finite("age", max(now, self.received) - period - self.seen)
+    def has_turn(self, following: float, period: float, present: float) -> None:
+        """Work out its age: the present setpoint is a period older than the ``following`` one."""
+        self.age = finite("age", max(following, self.received) - period - self.seen)
 
     def begin(self, execution: Execution) -> None:
         """Track it as soon as a step is certified, and brake until then."""
@@ -681,7 +681,7 @@ class Transfer(Command):
         stations = "a station" if count == 1 else f"{count} stations, the first"
         return f"transfer to {stations} at {place} m{moves}"
 
-    def has_turn(self, now: float, period: float, present: float) -> None:
+    def has_turn(self, following: float, period: float, present: float) -> None:
         """Work out how old the positions of the stations are, and how long it stays."""
         if not math.isnan(self.seen):
             self.age = present - self.seen
