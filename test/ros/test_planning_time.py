@@ -49,3 +49,14 @@ def test_one_long_piece_is_forgotten():
             break
     assert 1.0 < cycles < 50
     assert 10.0 * FORGETTING**cycles < END
+
+
+def test_after_the_first_time_in_a_cycle_planning_begins_only_for_a_piece_that_fits():
+    pieces = Pieces()
+    pieces.work(0.3)
+    for _ in range(3):
+        pieces.now = 0.0
+        pieces.planning.next_cycle()
+        assert pieces.planning.may_begin(0.2)
+        assert not pieces.planning.may_begin(0.2)
+        assert pieces.planning.may_begin(END)

@@ -398,9 +398,10 @@ class CommandQueue:
 
     def _supersede(self, *commands: Command) -> None:
         """End ``commands`` that are given up for the newest one."""
-        text = f"superseded by {self.target or self._newest_target.text}"
-        for command in commands:
-            command.end(GoalCode.SUPERSEDED, text)
+        if commands:
+            text = f"superseded by {self.target or self._newest_target.text}"
+            for command in commands:
+                command.end(GoalCode.SUPERSEDED, text)
 
     def _end_overtaken(self) -> None:
         """End commands for a newer one that came in some cycles ago, even if that is planned."""

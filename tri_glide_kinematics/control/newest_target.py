@@ -171,20 +171,20 @@ class NewestTarget:
             reason: of the new state.
             end: where the engine leads the platform to [m]; None if it knows no such place.
         """
+        self.text = str(command)
         for goal in self.cancelled:
-            goal.end(GoalCode.CANCELED, f"cancelled: {goal}; then came {command}")
+            goal.end(GoalCode.CANCELED, f"cancelled: {goal}; then came {self.text}")
         self.cancelled.clear()
         if command.extends:
             self.driven = (*self.driven, command)
         else:
-            self.end_driven(GoalCode.SUPERSEDED, f"superseded by {command}")
+            self.end_driven(GoalCode.SUPERSEDED, f"superseded by {self.text}")
             self.driven = (command,)
             self.outputs.clear()
             if not command.is_timed:
                 # A transfer begins at the end of the one before, whose outputs are still due.
                 self.due.clear()
         self.command = command
-        self.text = str(command)
         self.position = command.position or end
         self.held_at_edge = reason.cause is Cause.EDGE
         self.end()

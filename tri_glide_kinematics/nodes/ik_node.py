@@ -117,7 +117,6 @@ class IkNode(Node):
         self._time_before_setpoint = PLANNING_PART * period
         self._time_for_requests = REQUESTS_PART * period
         self._planning = PlanningTime()
-        self._has_planned = False
         self._renewal: tuple[int, Station, float] | None = None
         self._renewal_came = 0.0
         self._target_timeout = values["target_timeout"]
@@ -259,7 +258,7 @@ class IkNode(Node):
             FatalError: if the held plan cannot be driven to its end, either.
         """
         try:
-            self._has_planned = False
+            self._planning.next_cycle()
             until = now + self._time_before_setpoint
             planning = self._planning
             may_go_on = planning.until(until) if planning.is_short(until) else None
@@ -302,12 +301,11 @@ class IkNode(Node):
     def _plan(self, until: float) -> None:
         """Use what is left of a cycle, ``until`` some time.monotonic(), to plan.
 
-        A piece at least is planned after each setpoint. Besides, a command that comes in the sleep
-        is planned at once only where that makes the next setpoint no later than planning may.
+        A command that comes in the sleep is planned at once where that makes the next setpoint no
+        later than planning may.
         """
-        if self._has_planned and not self._planning.is_short(until + self._time_before_setpoint):
+        if not self._planning.may_begin(until + self._time_before_setpoint):
             return
-        self._has_planned = True
         self._try(lambda: self._controller.plan(self._planning.until(until)))
         self._try(self._reports.tell)
 

@@ -531,6 +531,17 @@ class PlanningTime:
         """Expect short pieces; ``clock`` returns seconds."""
         self._clock = clock
         self._expected = 0.0
+        self._has_begun = False
+
+    def next_cycle(self) -> None:
+        """Begin a cycle, in which a piece is planned, however long it lasts."""
+        self._has_begun = False
+
+    def may_begin(self, end: float) -> bool:
+        """Return whether to plan: for the first time in a cycle, or a piece before ``end`` [s]."""
+        is_allowed = not self._has_begun or self.is_short(end)
+        self._has_begun = True
+        return is_allowed
 
     def until(self, end: float) -> Callable[[], bool]:
         """Return what is asked after each piece, from now on, whether there is time for another.
