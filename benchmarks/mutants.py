@@ -41,8 +41,8 @@ LIBRARIES = ("scipy.optimize", "scipy.signal", "ruckig", "matplotlib.pyplot", "r
 TIMES = itertools.count(1)
 # An endless loop that keeps what it makes would take all of the computer [bytes].
 MEMORY = 4 << 30
-# A test may wait for as long as this [s].
-WAITING = 900
+# A test may wait for as long as this, and take so much of the processor [s].
+WAITING, LONGEST_TEST = 900, 60.0
 # For each operator what may stand there by mistake.
 OTHERS: dict[str, tuple[type[Any], ...]] = {
     "Lt": (ast.LtE, ast.GtE),
@@ -169,7 +169,7 @@ class Watch:
         """End when the time is over; end a process in an endless loop, or that waits for ever."""
         if sum(os.times()[:4]) > self._seconds:
             item.session.shouldstop = "the time is over"
-        signal.setitimer(signal.ITIMER_PROF, 3.0 * self._seconds)
+        signal.setitimer(signal.ITIMER_PROF, LONGEST_TEST)
         signal.alarm(WAITING)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
