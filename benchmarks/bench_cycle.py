@@ -87,7 +87,7 @@ def _ik_node(role: str, remaps: tuple[str, ...]) -> tuple[Times, Times]:
         running.node.destroy_subscription(first)
         publisher = running.node.create_publisher(PoseStamped, f"{OURS}/target_pose", 10)
         targets = itertools.cycle(map(pose_at, TARGETS))
-        windows, loads = _watch(pids, lambda: publisher.publish(next(targets)))
+        windows, loads = watch(pids, lambda: publisher.publish(next(targets)))
         running.stop()
         calls = [np.load(file) for file in files]
     work: Times = ([], [])
@@ -108,7 +108,7 @@ def _simulator_node() -> Times:
         )
         for place in (OURS, BARE):
             _listen(running, JointState, f"{place}/joint_states")
-        return _watch(pids)[1]
+        return watch(pids)[1]
 
 
 def _fk_node() -> Times:
@@ -122,7 +122,7 @@ def _fk_node() -> Times:
         for place in (OURS, BARE):
             _listen(running, PoseStamped, f"{place}/platform_pose")
             _listen(running, TwistStamped, f"{place}/platform_twist")
-        return _watch(pids)[1]
+        return watch(pids)[1]
 
 
 def _listen(running: Session, kind: type, topic: str) -> Subscription:
@@ -135,7 +135,7 @@ def _listen(running: Session, kind: type, topic: str) -> Subscription:
     return listener
 
 
-def _watch(
+def watch(
     pids: Pids, act: Callable[[], None] = lambda: None
 ) -> tuple[list[tuple[int, int]], Times]:
     """Return begin and end of each window [ns], and the CPU time per second in it.
@@ -148,7 +148,7 @@ def _watch(
     used: Times = ([], [])
     for window in range(-1, WINDOWS):  # the first is for warming up
         for side, pid in enumerate(pids):
-            pin(pid, (window + side) % 2)
+            _pin(pid, (window + side) % 2)
         begin, before = time.monotonic_ns(), [processor_time(pid) for pid in pids]
         while time.monotonic_ns() - begin < 1e9 * WINDOW_TIME:
             act()
@@ -161,7 +161,7 @@ def _watch(
     return windows, used
 
 
-def pin(pid: int, place: int) -> None:
+def _pin(pid: int, place: int) -> None:
     """Keep all threads of a process on one core: with two processes, each has its own."""
     cores = sorted(os.sched_getaffinity(0))
     for task in Path(f"/proc/{pid}/task").iterdir():

@@ -15,9 +15,8 @@ import can
 import numpy as np
 from rclpy.action import ActionClient
 
-from benchmarks.bench_cycle import pin
+from benchmarks.bench_cycle import Times, watch
 from benchmarks.harness import Figure, figure
-from benchmarks.machine import processor_time
 from benchmarks.ros_session import Session, session
 from testing.goals import SentGoal
 from tri_glide_interfaces.action import Home
@@ -28,8 +27,6 @@ BITRATE = 1_000_000  # bit/s
 COMMANDS = [Command(node, 0x0F, 0x01020304) for node in (1, 2, 3)]
 ANSWERS: list[Frame] = [(0x180 + node, bytes(6)) for node in (1, 2, 3)]
 SYNC = 0x80
-WINDOWS = 12
-WINDOW_TIME = 2.0  # s
 PLACE = "/ours"
 QUICK = {"homing_speed": 0.5, "homing_acceleration": 5.0, "heartbeat_timeout": 0.5}
 DELAY = 0.06  # s
@@ -59,7 +56,7 @@ class _Stamps:
 
 
 def _far_end(tells: Connection, has_drives: bool) -> None:
-    """Serve a terminal for ever; tell its path, and, when asked, the stamps since the last time."""
+    """Serve a terminal for ever; tell its path, and, when asked, all stamps."""
     terminals = Terminals()
     tells.send(terminals.paths[0])
     stamps = _Stamps(() if has_drives else ANSWERS)
@@ -70,7 +67,6 @@ def _far_end(tells: Connection, has_drives: bool) -> None:
         if tells.poll():
             tells.recv()
             tells.send(stamps.stamps)
-            stamps.stamps = []
         return True
 
     terminals.serve([stamps, *drives], look)
@@ -107,7 +103,7 @@ def figures() -> Iterator[Figure]:
             )
 
 
-def _watched(reads: bool) -> tuple[tuple[list[float], list[float]], ...]:
+def _watched(reads: bool) -> tuple[Times, ...]:
     """Return CPU times and mean deviations of each window, of the node and of the other one."""
     ends, paths, processes = [], [], []
     for has_drives in (True, False):
@@ -140,26 +136,12 @@ def _led(running: Session, channel: str) -> int:
     return pid
 
 
-def _compare(
-    ends: Sequence[Connection], pids: tuple[int, int]
-) -> tuple[tuple[list[float], list[float]], ...]:
-    used: tuple[tuple[list[float], list[float]], ...] = (([], []), ([], []))
-    for window in range(-1, WINDOWS):  # the first is for warming up
-        for side, pid in enumerate(pids):
-            pin(pid, (window + side) % 2)
-        _stamps(ends)
-        begin, before = time.monotonic(), [processor_time(pid) for pid in pids]
-        time.sleep(WINDOW_TIME)
-        seconds, after = time.monotonic() - begin, [processor_time(pid) for pid in pids]
-        for side, stamps in enumerate(_stamps(ends)):
-            if window >= 0:
-                times, jitters = used[side]
-                times.append(1e-9 * (after[side] - before[side]) / seconds)
-                jitters.append(float(np.mean(np.abs(np.diff(stamps) - PERIOD))))
-    return used
-
-
-def _stamps(ends: Sequence[Connection]) -> list[list[float]]:
-    for end in ends:
+def _compare(ends: Sequence[Connection], pids: tuple[int, int]) -> tuple[Times, ...]:
+    windows, loads = watch(pids)
+    jitters: Times = ([], [])
+    for of_side, end in zip(jitters, ends):
         end.send(None)
-    return [end.recv() for end in ends]
+        stamps = np.array(end.recv())
+        for first, last in np.searchsorted(stamps, 1e-9 * np.array(windows)):
+            of_side.append(float(np.mean(np.abs(np.diff(stamps[first:last]) - PERIOD))))
+    return tuple(zip(loads, jitters))

@@ -136,7 +136,7 @@ def _random_rows(count: int) -> Iterable[Row]:
     chance = np.random.default_rng(12)
     drives = []
     ratios = []
-    least_time = _reference()
+    least_time = optimum()
     for _ in range(count):
         path = _random_path(chance)
         driven = drive(path)
@@ -169,7 +169,8 @@ def differences_of(path: PlatformPath, driven: Drive) -> FloatArray:
     return np.array(result)
 
 
-def _reference() -> Callable[..., float] | None:
+def optimum() -> Callable[..., float] | None:
+    """Return the least time by another optimiser; None if it is not installed."""
     try:
         from benchmarks.references.path_optimum import least_time
     except ImportError:

@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
@@ -260,51 +260,44 @@ def save_machines(loads: Sequence[MachineLoad]) -> None:
     _save(figure, "machines")
 
 
+def lines_of(found: Growth | MachineLoad) -> Iterator[tuple[str, ...]]:
+    """Yield what is printed of one curve, or of so many machines."""
+    if isinstance(found, MachineLoad):
+        rates = " ".join(f"{rate:.0f}" for rate in found.rates)
+        yield str(found.machines), rates, " ".join(f"{part:.1f} %" for part in found.late)
+        return
+    for number, (size, taken) in enumerate(zip(found.sizes, found.times)):
+        peak = [f"{found.peaks[number]:.1f} MB"] if found.peaks else []
+        yield found.name, f"{size:,}" if size else "-", in_seconds(taken), *peak
+
+
 def run() -> bool:
     """Measure batches, services and machines; return whether all nodes answered."""
-    missing: list[Missing] = []
     FOLDER.mkdir(parents=True, exist_ok=True)
-    curves = []
-    lines: list[tuple[str, ...]] = [("batch function", "items", "time per item", "peak memory")]
-    for growth in batches():
-        _say(growth.name)
-        curves.append(growth)
-        for size, taken, peak in zip(growth.sizes, growth.times, growth.peaks):
-            lines.append((growth.name, f"{size:,}", in_seconds(taken), f"{peak:.1f} MB"))
-    print_lines(lines)
-    save_batches(curves)
-
-    traces = []
-    lines = [("service", "steps", "time of a call")]
-    for service in services():
-        if isinstance(service, Missing):
-            missing.append(service)
-            continue
-        _say(service.name)
-        traces.append(service)
-        for steps, taken in zip(service.sizes, service.times):
-            lines.append((service.name, f"{steps:,}" if steps else "-", in_seconds(taken)))
-    print_lines(lines)
-    if traces:
-        save_services(traces)
-
-    loads = []
-    lines = [("machines, three processes each", "cycles per second", "late cycles")]
-    for load in machines():
-        if isinstance(load, Missing):
-            missing.append(load)
-            continue
-        _say(f"{load.machines} machines")
-        loads.append(load)
-        rates = " ".join(f"{rate:.0f}" for rate in load.rates)
-        late = " ".join(f"{part:.1f} %" for part in load.late)
-        lines.append((str(load.machines), rates, late))
-    print_lines(lines)
-    if loads:
-        save_machines(loads)
-    for row in missing:
-        _say(f"no answer: {row.what}: {row.reason}")
-    return not any(row.is_failure for row in missing)
+    failed = False
+    parts: Sequence[tuple[tuple[str, ...], Iterator[Any], Callable[[list[Any]], None]]] = (
+        (("batch function", "items", "time per item", "peak memory"), batches(), save_batches),
+        (("service", "steps", "time of a call"), services(), save_services),
+        (
+            ("machines, three processes each", "cycles per second", "late cycles"),
+            machines(),
+            save_machines,
+        ),
+    )
+    for head, measured, save in parts:
+        found, lines = [], [head]
+        for each in measured:
+            if isinstance(each, Missing):
+                _say(f"no answer: {each.what}: {each.reason}")
+                failed = failed or each.is_failure
+            else:
+                found.append(each)
+                lines += lines_of(each)
+                _say(lines[-1][0])
+        print_lines(lines)
+        if found:
+            save(found)
+    return not failed
 
 
 def _say(text: str) -> None:

@@ -2,10 +2,11 @@
 
 ``python benchmarks/mutants.py hand OUT`` makes the mutants of ``mutants.yaml``, one after the
 other, ``... drawn OUT --count 150 --seed 46`` such that are drawn at random. Of each, those tests
-run that are named for it, then those of its module, those that name what it is in, and those of its
-room, until one fails. The results are lines of a file in ``OUT``, whose mutants are not made again.
-``--tests TREE`` takes all but the package of another checkout, so that tests before and after a
-change are compared with the same mutants. It takes one core, and works in a copy, ``OUT/tree``.
+run that are named for it, then those of its module, those that name what it is in, those of its
+room, and those of the whole tree, until one fails. The results are lines of a file in ``OUT``,
+whose mutants are not made again. ``--tests TREE`` takes all but the package of another checkout, so
+that tests before and after a change are compared with the same mutants. It takes one core, and
+works in a copy, ``OUT/tree``.
 """
 
 import argparse
@@ -40,8 +41,8 @@ LIBRARIES = ("scipy.optimize", "scipy.signal", "ruckig", "matplotlib.pyplot", "r
 TIMES = itertools.count(1)
 # An endless loop that keeps what it makes would take all of the computer [bytes].
 MEMORY = 4 << 30
-# A test may wait for as long as this [s].
-WAITING = 900
+# A test may wait for as long as this, and take so much of the processor [s].
+WAITING, LONGEST_TEST = 900, 60.0
 # For each operator what may stand there by mistake.
 OTHERS: dict[str, tuple[type[Any], ...]] = {
     "Lt": (ast.LtE, ast.GtE),
@@ -168,7 +169,7 @@ class Watch:
         """End when the time is over; end a process in an endless loop, or that waits for ever."""
         if sum(os.times()[:4]) > self._seconds:
             item.session.shouldstop = "the time is over"
-        signal.setitimer(signal.ITIMER_PROF, 3.0 * self._seconds)
+        signal.setitimer(signal.ITIMER_PROF, LONGEST_TEST)
         signal.alarm(WAITING)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -218,14 +219,26 @@ def run_tests(out: Path, wanted: tuple[str, ...], marks: str, seconds: float) ->
     return failed, usage.ru_utime + usage.ru_stime
 
 
+def names_of(node: ast.stmt) -> list[str]:
+    """Return what a statement at the top of a module gives a name to."""
+    match node:
+        case ast.FunctionDef(name) | ast.ClassDef(name):
+            return [name]
+        case ast.Assign(targets):
+            return [each.id for each in targets if isinstance(each, ast.Name)]
+        case ast.AnnAssign(ast.Name(name)):
+            return [name]
+    return []
+
+
 def concerned(tree: Path, mutant: Mutant) -> Iterator[tuple[str, ...]]:
-    """Yield tests: named for ``mutant``, of its module, that name its place, of its rooms."""
+    """Yield tests: named for ``mutant``, of its module, that name its place, of rooms and tree."""
     module = Path("test", mutant.file)
     place = {
-        node.name
+        name
         for node in ast.parse(source(mutant.file)).body
-        if isinstance(node, ast.FunctionDef | ast.ClassDef)
-        and node.lineno <= mutant.line <= (node.end_lineno or 0)
+        if node.lineno <= mutant.line <= (node.end_lineno or 0)
+        for name in names_of(node)
     }
     texts = {
         path.relative_to(tree).as_posix(): path.read_text(encoding="utf-8")
@@ -235,12 +248,14 @@ def concerned(tree: Path, mutant: Mutant) -> Iterator[tuple[str, ...]]:
     named = [name for name in mutant.tests if (tree / name.split("::")[0]).exists()]
     own = [file for file in texts if file == module.with_name(f"test_{module.name}").as_posix()]
     naming = [file for file in texts if place & set(re.findall(r"\w+", texts[file]))]
-    rooms = [
+    room, *larger = [
         [file for file in texts if folder in Path(file).parents]
         for folder in [*module.parents][:-2]
-    ]
+    ] or [[]]
+    # Of the tree as a whole: its laws, the digests of all setpoints, the documents.
+    whole = [file for file in texts if Path(file).parent in (Path("test"), Path("test/docs"))]
     past: set[str] = set()
-    for files in (named, own, naming, *rooms):
+    for files in (named, own, naming, room, whole, *larger):
         if new := tuple(file for file in files if file not in past):
             yield new
         past.update(files)
@@ -259,7 +274,8 @@ def judged(out: Path, mutant: Mutant, marks: str, limit: float) -> dict[str, Any
         if failed or seconds > limit:
             break
     write(changed, original)
-    fate = "needs nodes" if mutant.file.split("/")[0] in NODE_ROOMS else "survived"
+    by_nodes = mutant.file.split("/")[0] in NODE_ROOMS or "rclpy" in original
+    fate = "needs nodes" if by_nodes else "survived"
     fate = "killed" if failed else "not decided in time" if seconds > limit else fate
     found = {"line": mutant.line, "fate": fate, "by": failed, "seconds": round(seconds, 1)}
     return asdict(mutant) | found

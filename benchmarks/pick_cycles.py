@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
+from benchmarks.bench_paths import optimum
 from benchmarks.judge import LIMITS, MACHINE
 from benchmarks.table import Row
 from tri_glide_kinematics.errors import KinematicsError
@@ -50,7 +51,7 @@ def cycle(part: Station, place: Vector3, tolerance: float) -> TransferPlan:
 
 
 def _optimum_rows() -> Iterable[Row]:
-    least_time = _reference()
+    least_time = optimum()
     for axis, tolerance in ((axis, tolerance) for axis in (0, 1) for tolerance in TOLERANCES):
         part, place = ends(axis)
         planner = TransferPlanner(REACH, LOW + UP, tolerance)
@@ -64,8 +65,7 @@ def _optimum_rows() -> Iterable[Row]:
         if least_time is None:
             yield Row(what.format("TOPP3"), "copp-py is missing")
         else:
-            optimum = least_time(leg.heights, leg.scaling, LIMITS)
-            ratio = plan.duration / optimum
+            ratio = plan.duration / least_time(leg.heights, leg.scaling, LIMITS)
             yield Row.at_most(what.format("copp-py's TOPP3"), ratio, LARGEST_RATIO, ".4f")
 
 
@@ -111,11 +111,3 @@ def _met_in_the_middle(
         if math.isclose(time, before, abs_tol=1e-3):
             break
     return part, plan
-
-
-def _reference() -> Callable[..., float] | None:
-    try:
-        from benchmarks.references.path_optimum import least_time
-    except ImportError:
-        return None
-    return least_time

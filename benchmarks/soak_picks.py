@@ -15,7 +15,7 @@ import math
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import count
@@ -32,13 +32,16 @@ from tri_glide_kinematics.motion import CannotHoldError, MotionEngine, MotionPha
 from tri_glide_kinematics.motion.engine import Station
 from tri_glide_kinematics.motion.limit_use import CommandStream, LimitUse
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import BoolArray, FloatArray, Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 # Cycles of one machine, one after the other, and how long one may take [s].
 CYCLES, LONGEST = 8, 6.0
 # So far below the pick height the platform may be [m], and to the side of the belt it is judged.
 BELOW, WIDTH = 1e-4, 0.015
+# A belt that is not level is judged within this of its part [m]: farther on it may lie higher than
+# the platform travels.
+NEAR = 0.05
 # It is above the part for so long after the dwell, at least [s].
 LEAVES = 0.03
 PERIODS = (0.001, 0.002, 0.004)  # s
@@ -80,8 +83,8 @@ class Part:
         """Lie at a ``place`` [m] now [s]."""
         self._place, self._belt = np.array(place), belt
         self._begin = belt.at(now)[0]
-        self._level = belt.direction[:2] / np.linalg.norm(belt.direction[:2])
-        self._slope = belt.direction[2] / np.linalg.norm(belt.direction[:2])
+        size = np.linalg.norm(belt.direction[:2])
+        self._level, self._slope = belt.direction[:2] / size, belt.direction[2] / size
 
     def stop(self, instant: float, dwell: float, noise: FloatArray | float = 0.0) -> Station:
         """Return where it is at an ``instant`` [s], and how it moves."""
@@ -97,6 +100,12 @@ class Part:
         across = off[:, :2] @ (-self._level[1], self._level[0])
         depth = self._slope * along - off[:, 2]
         return np.asarray(np.where(np.abs(across) < WIDTH, depth, -math.inf))
+
+    def is_near(self, places: FloatArray, instants: Sequence[float]) -> BoolArray:
+        """Return which of ``places`` are judged, at ``instants`` [s]. Shape (n,)."""
+        parts = np.array([self.stop(instant, 0.0).position for instant in instants])
+        beside = (places - parts)[:, :2] @ self._level
+        return np.asarray((np.abs(beside) < NEAR) | (self._slope == 0.0))
 
 
 def vector(values: FloatArray) -> Vector3:
@@ -281,7 +290,7 @@ class Picker:
             findings.violations.append(f"{name}: does not come to rest")
         outcome = outcome or "placed"
         findings.outcomes[outcome] += 1
-        self.judge(findings, name, asked, np.array(heights), np.array(bounds), left)
+        self.judge(findings, name, asked, begun, np.array(heights), np.array(bounds), left)
         if errors and outcome == "placed":
             what = f"{asked.kind}{', noise' if asked.noise else ''}"
             findings.errors.setdefault(what, []).append(max(errors))
@@ -299,18 +308,23 @@ class Picker:
         findings: Findings,
         name: str,
         asked: Asked,
+        begun: float,
         heights: FloatArray,
         bounds: FloatArray,
         left: float,
     ) -> None:
-        """Judge the setpoints of one cycle; by the row ``left`` it has left the part."""
+        """Judge setpoints from ``begun`` [s] on; by the row ``left`` it has left the part."""
         use = LimitUse.of(CommandStream.from_heights(heights, self.dt), bounds)
         findings.use = np.maximum(findings.use, use.largest)
         findings.violations += [f"{name}: {text}" for text in use.violations()]
+        heights = heights[: int(min(left, len(heights)))]
         places = self.machine.forward_batch(heights)
-        depths = asked.part.depths(places)[: int(min(left, len(places)))]
+        instants = [begun + row * self.dt for row in range(len(places))]
+        depths = asked.part.depths(places)
         # Where it begins below the belt it has not been above yet.
-        lowest = float(depths[np.maximum.accumulate(depths < 0.0)].max(initial=-math.inf))
+        is_judged = np.maximum.accumulate(depths < 0.0) & asked.part.is_near(places, instants)
+        depths[~is_judged] = -math.inf
+        lowest = float(depths.max())
         findings.lowest = max(findings.lowest, lowest)
         if lowest > BELOW:
             row = int(depths.argmax())

@@ -5,7 +5,12 @@ import pickle
 
 import pytest
 
-from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
+from tri_glide_kinematics.errors import (
+    KinematicsError,
+    NotAChoiceError,
+    OutOfBoundsError,
+    WrongShapeError,
+)
 from tri_glide_kinematics.motion import NoRoomError
 from tri_glide_kinematics.motion.errors import RepeatedPointError
 
@@ -25,3 +30,15 @@ def test_an_error_is_copied_with_its_text_and_its_numbers(error, copied):
     assert type(again) is type(error)
     assert str(again) == str(error)
     assert vars(again) == vars(error)
+
+
+@pytest.mark.parametrize(
+    ("error", "carried"),
+    [
+        (ERRORS[1], ("arm_lengths[1]", -0.4, "greater than 0", "m")),
+        (WrongShapeError("heights", (2,), "(3,)"), ("heights", (2,), "(3,)")),
+        (NotAChoiceError("kind", "bent", ("linear",)), ("kind", "bent", ("linear",))),
+    ],
+)
+def test_an_error_carries_what_is_wrong(error, carried):
+    assert tuple(vars(error).values()) == carried

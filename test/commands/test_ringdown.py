@@ -88,6 +88,8 @@ def test_where_nothing_is_known_there_is_a_picture_and_no_parameter_file(tmp_pat
     )
     assert picture.exists()
     assert not modes.exists()
+    assert main(arguments[:3]) == 1
+    assert capsys.readouterr().err == said.err
 
 
 def test_the_command_knows_all_kinds_of_shapers():

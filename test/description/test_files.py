@@ -201,6 +201,7 @@ def test_the_loops_of_the_mjcf_are_closed_at_the_start(machine: MachineDescripti
         bodies = {body.attrib["name"]: body for body in root.iter("body")}
         platform = bodies["tri_glide_platform"]
         assert numbers(platform, "pos") == pytest.approx(position, abs=CLOSED)
+        assert platform.find("freejoint") is not None, "it would be fixed to the world"
         sites = {site.attrib["name"]: numbers(site, "pos") for site in root.iter("site")}
         references = {
             joint.attrib["name"]: float(joint.attrib["ref"])

@@ -46,7 +46,7 @@ def test_enabling_anywhere_moves_nothing_with_noise_of_the_encoders():
             assert abs(now - height) <= 1.001e-6
 
 
-def test_targets_are_where_the_drives_are_before_operation_is_enabled():
+def test_targets_are_where_the_drives_are_while_operation_is_not_enabled():
     rig = GroupRig((0.4, 0.5, 0.6))
     sent: list[tuple[Command, ...]] = []
     send_cycle = rig.bus.send_cycle
@@ -57,6 +57,12 @@ def test_targets_are_where_the_drives_are_before_operation_is_enabled():
             assert command.position == drive.objects[0x6064, 0]
     words = [commands[0].control_word for commands in sent if commands]
     assert [word for i, word in enumerate(words) if word not in words[:i]] == [0, 6, 7, 15]
+    rig.group.disable(rig.now)
+    rig.off()
+    for drive in rig.drives:
+        drive.axis.position += 1_000.0
+    rig.run(0.1)
+    assert [each.position for each in sent[-1]] == [each.objects[0x6064, 0] for each in rig.drives]
 
 
 def leave(drive: SimulatedDrive) -> None:

@@ -28,10 +28,11 @@ def test_a_refusal_tells_its_reason(answers):
     assert response.message == "crank = -1 m must be at least 0 m"
 
 
-def test_a_fault_of_ours_is_told_and_leaves_nothing_half_done(answers):
+def test_a_fault_of_ours_is_told_and_leaves_nothing_half_done(answers, capfd):
     response = TraceFourBar.Response()
     with answers.told_in(response, "trace_four_bar"):
         response.coupler_angle = [1.0, 2.0]
         raise ZeroDivisionError("division by zero")
     told = TraceFourBar.Response(message="internal error: ZeroDivisionError: division by zero")
     assert response == told
+    assert "ZeroDivisionError" in capfd.readouterr().err, "nobody would find where it was"

@@ -11,6 +11,7 @@ from tri_glide_kinematics.calibration.session import SwingSettings
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.shaping import ShaperKind
 from tri_glide_kinematics.nodes.calibration_node import (
+    plate_of,
     probe_settings_of,
     shaper_kind_of,
     swing_settings_of,
@@ -69,3 +70,17 @@ def test_a_shaper_is_named():
 def test_each_reason_why_no_mode_is_known_has_a_number_of_its_own():
     numbers = [getattr(FindModes.Response, reason.name) for reason in NotKnown]
     assert sorted(numbers) == list(range(1, len(NotKnown) + 1))
+
+
+@pytest.mark.parametrize(
+    ("known", "height", "tilt"),
+    [
+        ("height_and_tilt", 0.02, (0.01, 0.0)),
+        ("tilt", None, (0.01, 0.0)),
+        ("nothing", None, None),
+    ],
+)
+def test_of_a_plate_so_much_is_known(known, height, tilt):
+    values = VALUES | {"plate_known": known, "plate_height": 0.02, "plate_tilt": (0.01, 0.0)}
+    plate = plate_of(values)
+    assert (plate.height, plate.tilt) == (height, tilt)

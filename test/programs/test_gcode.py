@@ -228,6 +228,8 @@ def test_what_is_not_done_is_told_once():
     assert [each.word for each in program.told] == ["M1234", "M1234.5"]
     program = read("G1 X1 F5 A100 S5 E5 J9\n", DELTA_X)
     assert {each.word for each in program.told} == set("ASEJ")
+    told = [f"M{number}" for number in (17, 18, 203, 204, 205, 210, 211)]
+    assert [each.word for each in read("\n".join(["G1 X1 F5", *told]), DELTA_X).told] == told
     program = read("EXCLUDE_OBJECT_START NAME=a\nG1 X1\n", KLIPPER)
     assert program.told[0].word == "EXCLUDE_OBJECT_START"
 

@@ -162,3 +162,12 @@ def test_outputs_are_off_while_there_is_no_sign_of_life_and_the_others_keep_thei
     # What comes back finds it off, until it is switched on again.
     outputs.hear(8.0)
     assert outputs.look(8.1) == []
+
+
+def test_drives_with_masses_exert_the_forces_of_their_setpoint(sliders):
+    forces = SliderForces(MACHINE, Masses.uniform(1.0, 0.1, 1.0))
+    sliders.drives = SimulatedDrives(forces, PositionControl((6000.0,) * 3, (130.0,) * 3), HOME)
+    weight = sliders.exerted
+    sliders.command(Setpoint(HOME, forces=tuple(each + 10.0 for each in weight)))
+    sliders.step(PERIOD)
+    assert all(now > before + 4.0 for now, before in zip(sliders.exerted, weight))

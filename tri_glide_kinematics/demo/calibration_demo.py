@@ -132,7 +132,7 @@ PROBE_SPEED = 0.005  # m/s
 CALLIPER = 5e-5  # m, standard deviation
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Judged:
     """The positions to which the platform was sent, and where it truly was. Shapes (n, 3) [m]."""
 

@@ -7,7 +7,6 @@ through in blocks, whose intermediate results stay in the processor's cache.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -229,8 +228,7 @@ def forces_batch(
             np.add(forces, friction, out=result[:, block])
             # An infinity would leave infinite forces, where one call raises an error. The first
             # force holds all numbers: it is finite only if they are.
-            if not isfinite(result[0, block].sum()):
-                result[:, block][:, ~np.isfinite(result[0, block])] = np.nan
+            np.copyto(result[:, block], np.nan, where=~np.isfinite(result[0, block]))
     return result.T
 
 

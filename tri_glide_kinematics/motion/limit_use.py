@@ -15,7 +15,7 @@ from tri_glide_kinematics.motion.limits import QUANTITIES, SliderLimits
 from tri_glide_kinematics.vectors import FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CommandStream:
     """Commanded heights, one row after each period, with their finite differences.
 
@@ -110,7 +110,7 @@ ROUNDING_STEPS = 4.0
 LIMIT_TOLERANCE = 1e-6
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LimitUse:
     """Velocity, acceleration and jerk of a stream of commands as parts of their limits.
 

@@ -312,7 +312,6 @@ class IkNode(Node):
     def _may_end(self) -> bool:
         """Bring the machine to rest, and return whether it is there."""
         self._try(lambda: self._controller.end(NODE_ENDS))
-        self._try(self._reports.tell)
         return not self._controller.leads
 
     def _end(self) -> None:

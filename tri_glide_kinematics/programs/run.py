@@ -245,7 +245,7 @@ class _Status:
         line: that is driven, or that is next.
         name: of the present step, for people.
         doing: what it does, in words.
-        now: the time of the present look [s].
+        now: the time of the present look [s]; infinite before the first one.
         why_stopped: why the run ends before its end; None if it does not.
         say: gets each thing that is begun, and each failure.
     """
@@ -255,7 +255,7 @@ class _Status:
     say: Callable[[str], object]
     name: str = ""
     doing: str = ""
-    now: float = -math.inf
+    now: float = math.inf
     why_stopped: str | None = None
 
     @property
@@ -614,7 +614,7 @@ class ProgramRun:
     def look(self, now: float) -> None:
         """Do what is to be done at a time [s], without waiting for anything."""
         last, self._status.now = self._status.now, now
-        if -math.inf < last < now - LONGEST_PAUSE:
+        if last < now - LONGEST_PAUSE:
             self.stop(f"nothing drove it for {now - last:.1f} s, so the machine stops")
         self._look_for_stop()
         self._news.look()

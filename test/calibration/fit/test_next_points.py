@@ -113,3 +113,15 @@ def test_without_priors_too_the_next_points_shrink_what_is_not_determined():
     first = result.next_points(1, kinds=ALL)[0]
     # Only a position in the frame of the machine says where x = 0 is.
     assert first.kind == "position"
+
+
+def test_a_place_is_proposed_as_its_frame_sees_it():
+    machine, rng = drawn(3)
+    places = [(x, y, z) for x, y in FEW for z in (0.0, 0.1)]
+    positions = [machine.position(place, rng, "camera") for place in places]
+    result = calibrate(GEOMETRY, positions=positions, priors=WRONG_BY)
+    frame = result.frames["camera"]
+    for one in result.next_points(3):
+        assert (one.kind, one.target) == ("position", "camera")
+        seen = frame.rotation @ one.places[0] + frame.shift
+        assert one.measurement.position == pytest.approx(seen, abs=1e-9)

@@ -49,6 +49,8 @@ def test_a_limit_on_a_row_belongs_to_that_row():
     (event,) = sweep_events(LIMITED, np.array([limit - 0.1, limit, limit + 0.1]))
     assert event.row == 1
     assert event.crank_angle == pytest.approx(limit, abs=1e-15)
+    (event,) = sweep_events(LIMITED, np.array([limit - 0.1, limit + 0.1, limit + 0.2]))
+    assert event.row == 0
 
 
 def test_a_crank_rocker_meets_nothing():

@@ -30,8 +30,10 @@ from soak import combined
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionPhase, PlatformPath
+from tri_glide_kinematics.motion.engine.held_motion import progress
 from tri_glide_kinematics.motion.errors import NewerGoalError, NoPathError
 from tri_glide_kinematics.motion.limits import SliderLimits
+from tri_glide_kinematics.motion.trajectory import PathHeights
 
 SIDE = 0.04
 TOLERANCE = 0.001
@@ -373,3 +375,13 @@ def test_the_place_on_the_path_is_that_of_the_setpoint(in_pieces, shaper):
     run(moving, 0.05)
     assert 0.0 <= moving.path_place < 0.01
     assert place(moving) == pytest.approx(beside(0.0, moving.path_place), abs=1e-9)
+
+
+def test_no_time_is_known_while_the_plan_does_not_follow_the_path():
+    moving = engine()
+    moving.move_to(TARGET)
+    elsewhere = moving._holder.held.plan
+    heights = PathHeights(square().driven, moving.machine.geometry)
+    for way, time in ((0.01, math.nan), (heights.driven.length, 0.0)):
+        told = progress(heights, way, elsewhere, 0.0)
+        assert told.time_remaining == pytest.approx(time, nan_ok=True)

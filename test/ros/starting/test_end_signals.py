@@ -111,3 +111,20 @@ os.write(2, b"the end")
         # What somebody reads still gets there.
         assert child.stderr.read() == "the end"
         assert child.wait(TIMEOUT) == 0
+
+
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_after_a_hang_up_what_is_written_does_not_fail(stream):
+    code = (
+        "import os, signal, sys\n"
+        "from tri_glide_kinematics.ros.starting.run import at_hang_up\n"
+        "at_hang_up(input)\n"
+        "os.kill(os.getpid(), signal.SIGHUP)\n"
+        f"print('to nobody', file=sys.{stream}, flush=True)\n"
+        "sys.exit(7)\n"
+    )
+    command = [sys.executable, "-c", code]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, **{stream: subprocess.PIPE}) as process:
+        getattr(process, stream).close()
+        process.communicate(b"\n")
+        assert process.returncode == 7

@@ -337,7 +337,7 @@ def same_position(p: Vector3, q: Vector3, tolerance: float) -> bool:
     return all(abs(math.remainder(a - b, 2.0 * math.pi)) <= tolerance for a, b in zip(p[:2], q[:2]))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TraceOptions:
     """The drive to follow and the samples to report.
 

@@ -298,7 +298,7 @@ COLOURS = 64  # few, for small files too
 NEARLY_WHITE = 248  # of 255; what is lighter becomes white
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Movie:
     """A motion of a mechanism, ready to be drawn.
 

@@ -61,7 +61,7 @@ ON_BRANCH = 1e-6
 """Branches that pass a position within this [rad, sizes] both pass through it."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BranchCurve:
     """A branch as a curve to be drawn: its samples, with its events put in at their places.
 
