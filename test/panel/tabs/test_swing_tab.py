@@ -46,7 +46,7 @@ def test_the_curve_has_the_frequency_of_the_simulated_swing(rig: PanelRig, tab: 
     publisher = rig.probe.node.create_publisher(Imu, "imu/data_raw", 100)
     swing = SimulatedSwing((0.0, 0.0, 0.25), SwingModel((PlatformMode(0, (frequency,), 0.01),)))
     tab.draw(feed)
-    assert not tab.curves.plot.visible
+    assert not tab.curves.plot.handle.visible
     assert tab._silence.visible
     feed.listen()
     rig.probe.wait_for(publisher.get_subscription_count, "the panel to listen")
@@ -64,9 +64,9 @@ def test_the_curve_has_the_frequency_of_the_simulated_swing(rig: PanelRig, tab: 
             publisher.publish(message)
         tab.draw(feed)
         time.sleep(0.02)
-    assert tab.curves.plot.visible
+    assert tab.curves.plot.handle.visible
     assert not tab._silence.visible
-    ages, x, _, z = tab.curves.plot.data
+    ages, x, _, z = tab.curves.plot.handle.data
     calm = ages > -SWING_SPAN + 1.0
     assert strongest_frequency(ages[calm], x[calm]) == pytest.approx(frequency, rel=0.02)
     assert max(abs(z[calm])) < 1e-6 < max(abs(x[calm]))

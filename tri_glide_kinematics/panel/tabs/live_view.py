@@ -26,7 +26,6 @@ from tri_glide_kinematics.panel.machine import Pose, ShownMachine, pose_of
 from tri_glide_kinematics.panel.machine_scene import Scene, view_of
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.pace import Pace
-from tri_glide_kinematics.panel.tabs.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.fault_curves import FaultCurves
 from tri_glide_kinematics.panel.tabs.machine_map import MachineMap
 from tri_glide_kinematics.panel.tabs.pick_view import PickView
@@ -258,7 +257,6 @@ class LiveView:
         self._drawn: MachineFacts | None = None
         self._scene: Scene | None = None
         self._handle: GoToHandle | None = None
-        self._curves: Curves | None = None
         self._shaping: Any = None
         self._times = SteadyTimes()
         self._curves_at = 0.0
@@ -272,9 +270,9 @@ class LiveView:
             self._numbers = server.gui.add_html(note("no machine yet"))
             self._picking = PickView(server)
             self._map = MachineMap(requests, measurements)
-        self._curves_tab = tabs.add_tab("Curves")
-        with self._curves_tab:
+        with tabs.add_tab("Curves"):
             self._faults = FaultCurves(requests)
+        self._curves = self._faults.curves
 
     def step(self) -> None:
         """Follow the facts of the machine: a page that is opened begins with them."""
@@ -286,12 +284,6 @@ class LiveView:
     def _show_machine(self, facts: MachineFacts) -> None:
         """Put a machine into the scene, if another one or none is there."""
         self._map.show_machine(facts)
-        limits = CurveLimits(*facts.travel, facts.limits.velocity, facts.limits.acceleration)
-        with self._curves_tab:
-            if self._curves is None:
-                self._curves = Curves(self._requests.server.gui, limits)
-            else:
-                self._curves.set_limits(limits)
         if self._drawn is not None and self._drawn.is_same_machine(facts):
             return
         self._drawn = facts
@@ -337,23 +329,21 @@ class LiveView:
         self._map.draw()
 
     def _draw_curves(self, facts: MachineFacts, feed: MotionFeed) -> None:
-        if self._curves is None:
-            return
         now = time.monotonic()
         for motion in feed.unseen:
             moment = motion.stamp + self._times.offset(motion.stamp, now)
             if motion.commanded is not None and moment > self._curves_at:
                 self._curves_at = moment
-                self._curves.history.add(moment, *motion.commanded)
+                self._curves.take(moment, motion.commanded)
         feed.unseen.clear()
         # In silence they go on, too.
         if now - self._curves_at > LARGEST_LAG:
             self._curves_at = now
         if self._faults_pace.is_due():
-            self._faults.look()
-        self._faults.draw(self._curves, facts)
+            self._faults.look(facts.values["height_offsets"])
+        self._faults.step()
         if self._shows("Curves"):
-            self._curves.draw(self._curves_at)
+            self._curves.draw(self._curves_at, facts)
 
     def _draw_trace(self, scene: Scene, position: Vector3) -> None:
         if not self._trace or math.dist(self._trace[-1], position) > TRACE_STEP:
