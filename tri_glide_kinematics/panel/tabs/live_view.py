@@ -6,7 +6,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,42 +33,15 @@ from tri_glide_kinematics.panel.words import bar, note, table
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.workspace import edge_rings
 
-
-@dataclass
-class Drag:
-    """A drag by the page with the controls; what others do to the handle does not count.
-
-    Attributes:
-        place: where the handle belongs [m].
-        page: that drags it, None if it is let go.
-    """
-
-    place: Vector3 = (0.0, 0.0, 0.0)
-    page: int | None = None
-
-    def begin(self, page: int) -> None:
-        """Note that the page with the controls has taken it."""
-        self.page = page
-
-    def move(self, page: int, place: Vector3) -> None:
-        """Note where a ``page`` has moved it [m]."""
-        if self.page == page:
-            self.place = place
-
-    def end(self, page: int) -> Vector3 | None:
-        """Return where a ``page`` has let it go [m], None if it was not the one that dragged it."""
-        if self.page != page:
-            return None
-        self.page = None
-        return self.place
-
-
 # A handle that is nobody's follows the machine in steps of this [m].
 HANDLE_STEP = 0.001
 
 
 class GoToHandle:
-    """The handle: it sends a target when it is released, and says beside it if that is refused."""
+    """The handle: it sends a target when it is released, and says beside it if that is refused.
+
+    A page with the controls drags it. What others do to it does not count.
+    """
 
     def __init__(
         self,
@@ -80,7 +53,9 @@ class GoToHandle:
         server = requests.server
         self._requests = requests
         self._move_to = move_to
-        self._drag = Drag()
+        # Where it belongs [m], and the page that drags it.
+        self._place: Vector3 = (0.0, 0.0, 0.0)
+        self._page: int | None = None
         self._asked: Vector3 | None = None
         self._handle = server.scene.add_transform_controls(
             "/go_to", scale=size, disable_rotations=True, depth_test=False, visible=False
@@ -100,30 +75,29 @@ class GoToHandle:
             self._label.text = refusal
             self._label.position = self._asked or (0.0, 0.0, 0.0)
             self._label.visible = bool(refusal)
-        if position is None or self._drag.page is not None or refusal:
+        if position is None or self._page is not None or refusal:
             return
         if math.dist(self._handle.position, position) > HANDLE_STEP:
-            self._drag.place = position
-            self._handle.position = position
-        if not self._handle.visible:
-            self._handle.visible = True
+            self._place = self._handle.position = position
+        self._handle.visible = True
 
     async def _on_update(self, event: Any) -> None:
         # viser tells of the end of a drag when a page vanishes, too: that is no wish to move.
-        page, drag = event.client_id, self._drag
+        page = event.client_id
         is_there = page in self._requests.server.get_clients()
         if event.phase == "end" or not is_there:
-            place = drag.end(page)
-            if is_there and self._requests.may(page) and place is not None:
-                target = place
-                self._requests.wish(lambda: self._go(target))
+            target = self._place if page == self._page else None
+            if target is not None:
+                self._page = None
+            if is_there and self._requests.may(page) and target is not None:
+                self._requests.wish(partial(self._go, target))
         elif self._requests.controls.holder != page:
-            self._handle.position = drag.place
+            self._handle.position = self._place
         elif event.phase == "start":
-            drag.begin(page)
+            self._page = page
             self._asked = None
-        else:
-            drag.move(page, three(self._handle.position))
+        elif page == self._page:
+            self._place = three(self._handle.position)
 
     def _go(self, position: Vector3) -> None:
         self._asked = position
