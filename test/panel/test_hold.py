@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.panel.operator_requests import LONGEST_GAP, RENEWALS, HeldJog
+from tri_glide_kinematics.panel.operators import LONGEST_GAP, RENEWALS, HeldJog
 from tri_glide_kinematics.settings import IK_NODE
 
 X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)

@@ -10,13 +10,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.inputs import (
+from tri_glide_kinematics.panel.operator_requests import (
     OperatorsInput,
     OperatorsNumber,
     SpeedFields,
     WrongNumberError,
 )
-from tri_glide_kinematics.panel.operator_requests import RENEWALS
+from tri_glide_kinematics.panel.operators import RENEWALS
 from tri_glide_kinematics.panel.tabs import DriveTab, Point, PointsTab
 
 pytestmark = pytest.mark.nodes

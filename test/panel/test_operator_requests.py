@@ -14,9 +14,9 @@ from std_srvs.srv import Trigger
 
 from testing.client import Probe
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.panel.inputs import OperatorsInput, add_buttons
 from tri_glide_kinematics.panel.link import LATEST_ONLY, NOBODY
-from tri_glide_kinematics.panel.operator_requests import RENEWALS
+from tri_glide_kinematics.panel.operator_requests import OperatorsInput, add_buttons
+from tri_glide_kinematics.panel.operators import RENEWALS
 
 pytestmark = pytest.mark.nodes
 

@@ -13,9 +13,13 @@ from viser import GuiApi
 from viser.uplot import Axis, Scale, Series
 
 from tri_glide_kinematics.motion.limits import SliderState
-from tri_glide_kinematics.panel.inputs import OperatorsInput, OperatorsNumber, add_button
 from tri_glide_kinematics.panel.link import TABLE, MachineFacts, SteadyTimes, SwingFeed
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import (
+    OperatorRequests,
+    OperatorsInput,
+    OperatorsNumber,
+    add_button,
+)
 from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.settings import NO_SHAPER, Values

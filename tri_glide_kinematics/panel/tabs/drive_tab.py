@@ -11,7 +11,12 @@ from typing import Any
 import viser
 
 from tri_glide_kinematics.control import TEACH_SPEED, OperatingState
-from tri_glide_kinematics.panel.inputs import (
+from tri_glide_kinematics.panel.link import MachineFacts
+from tri_glide_kinematics.panel.machine import ShownMachine
+from tri_glide_kinematics.panel.machine_scene import view_of
+from tri_glide_kinematics.panel.operator_requests import (
+    Event,
+    OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
     ScaleSlider,
@@ -19,10 +24,7 @@ from tri_glide_kinematics.panel.inputs import (
     add_button,
     add_buttons,
 )
-from tri_glide_kinematics.panel.link import MachineFacts
-from tri_glide_kinematics.panel.machine import ShownMachine
-from tri_glide_kinematics.panel.machine_scene import view_of
-from tri_glide_kinematics.panel.operator_requests import RENEWALS, Event, OperatorRequests
+from tri_glide_kinematics.panel.operators import RENEWALS
 from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.vectors import Vector3, plus, scaled, three

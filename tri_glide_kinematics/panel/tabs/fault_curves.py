@@ -10,8 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.inputs import OperatorsInput, add_button
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import (
+    OperatorRequests,
+    OperatorsInput,
+    add_button,
+)
 from tri_glide_kinematics.panel.programs import send_file
 from tri_glide_kinematics.panel.tabs.curves import BIN, RECORDED, SPAN, Curves, History
 from tri_glide_kinematics.panel.viser_parts import uuid_of

@@ -13,9 +13,12 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.calibration import Calibration, load_measurements
 from tri_glide_kinematics.calibration.session import solved
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.inputs import OperatorsInput, OperatorsNumber
 from tri_glide_kinematics.panel.link import MachineFacts
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import (
+    OperatorRequests,
+    OperatorsInput,
+    OperatorsNumber,
+)
 from tri_glide_kinematics.panel.program_reading import Mark, mark_of
 from tri_glide_kinematics.panel.words import legend, note
 from tri_glide_kinematics.sizing import Maps, level_corners, maps

@@ -16,15 +16,16 @@ import viser
 from tri_glide_kinematics.control import IDLE, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import load_text
-from tri_glide_kinematics.panel.inputs import (
+from tri_glide_kinematics.panel.link import MachineFacts
+from tri_glide_kinematics.panel.machine import ShownMachine
+from tri_glide_kinematics.panel.operator_requests import (
+    Event,
+    OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
     add_button,
     add_buttons,
 )
-from tri_glide_kinematics.panel.link import MachineFacts
-from tri_glide_kinematics.panel.machine import ShownMachine
-from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests
 from tri_glide_kinematics.panel.program_reading import mark_of
 from tri_glide_kinematics.panel.programs import ChosenProgram
 from tri_glide_kinematics.panel.tabs.runs import OutputKey, Runs

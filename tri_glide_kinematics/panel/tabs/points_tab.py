@@ -16,15 +16,15 @@ import yaml
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import load_yaml
-from tri_glide_kinematics.panel.inputs import (
+from tri_glide_kinematics.panel.machine import ShownMachine
+from tri_glide_kinematics.panel.operator_requests import (
+    OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
     SpeedFields,
     add_button,
     add_buttons,
 )
-from tri_glide_kinematics.panel.machine import ShownMachine
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.words import note, table
 from tri_glide_kinematics.programs import DriveFileError, PathStep, load_drive
 from tri_glide_kinematics.vectors import Vector3, three

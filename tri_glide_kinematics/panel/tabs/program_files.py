@@ -13,14 +13,14 @@ import numpy as np
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.inputs import (
+from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
+from tri_glide_kinematics.panel.operator_requests import (
+    OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
     add_button,
     add_buttons,
 )
-from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.program_reading import CUT, OUTSIDE, RAPID, NotRead, ReadProgram
 from tri_glide_kinematics.panel.programs import (

@@ -12,17 +12,17 @@ from typing import NamedTuple
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import ProgramRun as RunMessage
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.inputs import (
+from tri_glide_kinematics.panel.link import MachineFacts
+from tri_glide_kinematics.panel.machine import ShownMachine
+from tri_glide_kinematics.panel.operator_requests import (
     SLOWEST_SPEED,
     USUAL_SPEED,
+    OperatorRequests,
     OperatorsInput,
     OperatorsNumber,
     ScaleSlider,
     add_buttons,
 )
-from tri_glide_kinematics.panel.link import MachineFacts
-from tri_glide_kinematics.panel.machine import ShownMachine
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.program_reading import ReadProgram, shown_text
 from tri_glide_kinematics.panel.programs import ChosenProgram, Uploads
