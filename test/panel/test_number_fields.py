@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.panel.operator_requests import (
-    OperatorsInput,
-    OperatorsNumber,
     SpeedFields,
     WrongNumberError,
 )
@@ -58,7 +56,7 @@ def meant(text):
 
 def test_what_a_field_shows_is_what_counts_or_it_is_refused(rig):
     requests = rig.requests
-    field = OperatorsNumber(requests, "size", 7.5, least=0.4)
+    field = requests.number("size", 7.5, least=0.4)
     rng = np.random.default_rng(5)
     drawn = ("".join(rng.choice(list(SIGNS), rng.integers(1, 6))) for _ in range(200))
     last, taken = 7.5, 0
@@ -79,7 +77,7 @@ def test_what_a_field_shows_is_what_counts_or_it_is_refused(rig):
 def test_whole_numbers_are_whole(rig):
     requests = rig.requests
     changes = []
-    field = OperatorsNumber(requests, "line", 1, least=1, is_whole=True, on_change=changes.append)
+    field = requests.number("line", 1, least=1, is_whole=True, on_change=changes.append)
     for text in ("2.5", "0", "-1", "x"):
         rig.press("line", text)
         with pytest.raises(WrongNumberError, match="a whole number, at least 1"):
@@ -175,7 +173,7 @@ def test_a_speed_that_is_none_jogs_nothing_before_the_button_is_released(rig, tm
 def test_a_slider_shows_again_what_holds_and_the_number_and_the_bound_are_told(rig):
     requests, changes = rig.requests, []
     slider = rig.gui.add_slider("Override [%]", min=1, max=200, step=1, initial_value=100)
-    OperatorsInput(requests, slider, changes.append)
+    requests.field(slider, changes.append)
     for value, is_taken in ((500, False), (0, False), (200, True), (-1, False)):
         requests.refusal = ""
         rig.send(slider, value)

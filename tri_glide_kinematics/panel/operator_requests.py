@@ -114,6 +114,42 @@ class OperatorRequests:
 
         return call
 
+    # Buttons and fields, which are added to the open container of the page.
+
+    def button(self, label: str, do: Wish, **look: Any) -> viser.GuiButtonHandle:
+        """Add a button, by which the node does something."""
+        button = self.gui.add_button(label, **look)
+        button.on_click(self.on(lambda _: do()))
+        return button
+
+    def buttons(
+        self, label: str, actions: Mapping[str, Wish], of_any_page: Sequence[str] = ()
+    ) -> None:
+        """Add a group of buttons: by its words, what each has done.
+
+        Those ``of_any_page`` need no controls.
+        """
+        group = self.gui.add_button_group(label, tuple(actions))
+        press = self.on(lambda words: actions[words]())
+
+        async def on_click(event: Event) -> None:
+            if event.target.value in of_any_page:
+                self.wish(actions[event.target.value])
+            else:
+                await press(event)
+
+        group.on_click(on_click)
+
+    def field(self, handle: Any, on_change: Callable[[Any], None] | None = None) -> OperatorsInput:
+        """Take over an input of viser; ``on_change``, which moves nothing, gets what is set."""
+        return OperatorsInput(self, handle, on_change)
+
+    def number(self, label: str, number: float, **bounds: Any) -> OperatorsNumber:
+        """Add a field with a ``number`` inside its ``bounds``."""
+        return OperatorsNumber(self, label, number, **bounds)
+
+    # What becomes of them
+
     def fulfil(self) -> None:
         """Do what is wished; called where the node spins."""
         while (wish := self._next()) is not None:
@@ -212,40 +248,6 @@ THOUSAND = re.compile(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
 LONGEST_NUMBER = 20
 # Of the fields of speeds [mm/s].
 USUAL_SPEED, SLOWEST_SPEED = 50.0, 0.01
-
-
-def add_button(
-    requests: OperatorRequests,
-    label: str,
-    do: Wish,
-    **look: Any,
-) -> viser.GuiButtonHandle:
-    """Add a button to the open container of the page, by which the node does something."""
-    button = requests.gui.add_button(label, **look)
-    button.on_click(requests.on(lambda _: do()))
-    return button
-
-
-def add_buttons(
-    requests: OperatorRequests,
-    label: str,
-    actions: Mapping[str, Wish],
-    of_any_page: Sequence[str] = (),
-) -> None:
-    """Add a group of buttons to the open container of the page: by its words, what each has done.
-
-    Those ``of_any_page`` need no controls.
-    """
-    group = requests.gui.add_button_group(label, tuple(actions))
-    press = requests.on(lambda words: actions[words]())
-
-    async def on_click(event: Event) -> None:
-        if event.target.value in of_any_page:
-            requests.wish(actions[event.target.value])
-        else:
-            await press(event)
-
-    group.on_click(on_click)
 
 
 class OperatorsInput:

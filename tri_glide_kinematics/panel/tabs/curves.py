@@ -16,9 +16,6 @@ from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.panel.link import TABLE, MachineFacts, SteadyTimes, SwingFeed
 from tri_glide_kinematics.panel.operator_requests import (
     OperatorRequests,
-    OperatorsInput,
-    OperatorsNumber,
-    add_button,
 )
 from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.words import note
@@ -395,17 +392,17 @@ class SwingTab:
         self._silence = gui.add_html(note(NOT_HEARD))
         self.curves = SwingCurves(gui)
         with gui.add_folder("Shaper"):
-            self._shaper = OperatorsInput(requests, gui.add_dropdown("Kind", SHAPERS))
+            self._shaper = requests.field(gui.add_dropdown("Kind", SHAPERS))
             self._modes = [
                 [
-                    OperatorsNumber(requests, f"{name} [{unit}]", number, least=0.0)
+                    requests.number(f"{name} [{unit}]", number, least=0.0)
                     for unit, number in (("Hz", 15.0), ("% damping", 5.0))
                 ]
                 for name in ("Mode", "2nd")
             ]
-            self._has_second = OperatorsInput(requests, gui.add_checkbox("A second mode", False))
+            self._has_second = requests.field(gui.add_checkbox("A second mode", False))
             look = {"color": "blue", "icon": viser.Icon.WAVE_SINE}
-            add_button(requests, "Set", self._set, **look)
+            requests.button("Set", self._set, **look)
             self._words = gui.add_html("")
 
     def show(self, facts: MachineFacts | None, *, waits: bool) -> None:

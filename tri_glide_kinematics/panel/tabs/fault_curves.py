@@ -12,8 +12,6 @@ import numpy as np
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.operator_requests import (
     OperatorRequests,
-    OperatorsInput,
-    add_button,
 )
 from tri_glide_kinematics.panel.programs import send_file
 from tri_glide_kinematics.panel.tabs.curves import BIN, RECORDED, SPAN, Curves, History
@@ -40,9 +38,9 @@ class FaultCurves:
         self._files: dict[str, Path] | None = None
         self._offsets: Vector3 = (0.0, 0.0, 0.0)
         self._choice = gui.add_dropdown("Curves of", (NOW,))
-        self._input = OperatorsInput(requests, self._choice, self._choose)
+        self._input = requests.field(self._choice, self._choose)
         label = "Download the recording"
-        self._download = add_button(requests, label, self._send, visible=False)
+        self._download = requests.button(label, self._send, visible=False)
         self._words = gui.add_html("")
         self.curves = Curves(gui)
         self._chosen = NOW
@@ -65,7 +63,7 @@ class FaultCurves:
         self._files = files
         for name in reversed(new):
             show = partial(self._show, name)
-            shown = add_button(self._requests, "recording", show, visible=False)
+            shown = self._requests.button("recording", show, visible=False)
             text = "the seconds before the fault are recorded"
             self._requests.history.add(FAULT, text, press=uuid_of(shown))
         self._choice.options = (NOW, *files)

@@ -21,10 +21,6 @@ from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.operator_requests import (
     Event,
     OperatorRequests,
-    OperatorsInput,
-    OperatorsNumber,
-    add_button,
-    add_buttons,
 )
 from tri_glide_kinematics.panel.program_reading import mark_of
 from tri_glide_kinematics.panel.programs import ChosenProgram
@@ -214,13 +210,13 @@ class OwnButtons:
         # Above what changes its height: a button must not move under the finger.
         self._folder = gui.add_folder("Own buttons", expand_by_default=self._file.exists())
         with self._folder:
-            self._name = OperatorsInput(requests, gui.add_text("Button", ""))
+            self._name = requests.field(gui.add_text("Button", ""))
             actions = {
                 "newest line": lambda: self._make(self._line_text),
                 "chosen file": lambda: self._make(self._file_text),
                 "remove": self._remove,
             }
-            add_buttons(requests, "Own", actions)
+            requests.buttons("Own", actions)
 
     def step(self) -> None:
         """Show those of the file, if they have changed.
@@ -242,7 +238,7 @@ class OwnButtons:
             if name not in self._buttons:
                 drive = partial(self._driver.drive, text, name)
                 with self._folder:
-                    button = add_button(self._requests, name, drive)
+                    button = self._requests.button(name, drive)
                 self._buttons[name] = text, button
 
     def _remove(self) -> None:
@@ -292,12 +288,12 @@ class WorkZero:
         # Those in force, and the marks of the files that say so.
         self._zeros: dict[str, Vector3] = {}
         self._marks: object = None
-        self._name = OperatorsInput(requests, gui.add_dropdown("Offset", WORK_OFFSETS))
-        self._value = OperatorsNumber(requests, "This place is [mm]", 0.0)
+        self._name = requests.field(gui.add_dropdown("Offset", WORK_OFFSETS))
+        self._value = requests.number("This place is [mm]", 0.0)
         actions: dict[str, Callable[[], None]] = {
             name: partial(self._set, axes) for name, axes in AXES.items()
         }
-        add_buttons(requests, "Set", {**actions, "clear": self._clear})
+        requests.buttons("Set", {**actions, "clear": self._clear})
         self._text = gui.add_html("")
 
     def step(self) -> None:
@@ -357,7 +353,7 @@ class Outputs:
         self._boxes: dict[OutputKey, Any] = {}
         self._folder = gui.add_folder("Outputs", expand_by_default=False)
         with self._folder:
-            self._speed = OperatorsNumber(requests, "M3, or M4 if < 0 [1/min]", 1000.0)
+            self._speed = requests.number("M3, or M4 if < 0 [1/min]", 1000.0)
             self._values = gui.add_html("")
         for key in USUAL:
             self._add_switch(key)

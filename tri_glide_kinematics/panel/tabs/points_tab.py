@@ -6,7 +6,6 @@ import json
 import re
 from collections import deque
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,14 +16,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import load_yaml
 from tri_glide_kinematics.panel.machine import ShownMachine
-from tri_glide_kinematics.panel.operator_requests import (
-    OperatorRequests,
-    OperatorsInput,
-    OperatorsNumber,
-    SpeedFields,
-    add_button,
-    add_buttons,
-)
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests, SpeedFields
 from tri_glide_kinematics.panel.words import note, table
 from tri_glide_kinematics.programs import DriveFileError, PathStep, load_drive
 from tri_glide_kinematics.vectors import Vector3, three
@@ -155,32 +147,30 @@ class PointsTab:
         self._given = file
         self._folder = file.parent
         self._machine = machine
-        button = partial(add_button, requests)
-        buttons = partial(add_buttons, requests)
+        button, buttons = requests.button, requests.buttons
         button("Teach this position", self._teach, icon=viser.Icon.MAP_PIN_PLUS)
         self._table = gui.add_html("")
         buttons("Points", {"undo": self._undo, "clear": self._ask})
         self._clear = button("Clear all points", self._clear_all, color="red", visible=False)
         self._keep = button("Keep them", self._keep_all, visible=False)
         with gui.add_folder("Point"):
-            self._choice = OperatorsNumber(
-                requests,
+            self._choice = requests.number(
                 "Number",
                 1,
                 least=1,
                 is_whole=True,
                 on_change=lambda _: self._show_chosen(),
             )
-            self._name = OperatorsInput(requests, gui.add_text("Name", ""))
-            self._place = [OperatorsNumber(requests, f"{axis} [mm]", 0.0) for axis in "xyz"]
+            self._name = requests.field(gui.add_text("Name", ""))
+            self._place = [requests.number(f"{axis} [mm]", 0.0) for axis in "xyz"]
             actions = {"go to": self._go, "change": self._change, "remove": self._remove}
             buttons("This one", actions)
-        self._tolerance = OperatorsNumber(requests, "Corners [mm]", USUAL_TOLERANCE, least=0.0)
+        self._tolerance = requests.number("Corners [mm]", USUAL_TOLERANCE, least=0.0)
         self._speed = SpeedFields(requests, "Speed [mm/s]")
         button("Drive through them", self._drive, color="blue", icon=viser.Icon.ROUTE)
-        self._file = OperatorsInput(requests, gui.add_text("File name", file.stem))
+        self._file = requests.field(gui.add_text("File name", file.stem))
         self._saved = gui.add_dropdown("Files", [NO_FILE])
-        self._saved_choice = OperatorsInput(requests, self._saved, self._choose_file)
+        self._saved_choice = requests.field(self._saved, self._choose_file)
         buttons("File", {"save": self._save, "load": self._load})
         self._note = gui.add_html("")
         self._show()

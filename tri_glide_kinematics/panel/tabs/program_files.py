@@ -16,10 +16,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
 from tri_glide_kinematics.panel.operator_requests import (
     OperatorRequests,
-    OperatorsInput,
     OperatorsNumber,
-    add_button,
-    add_buttons,
 )
 from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.program_reading import CUT, OUTSIDE, RAPID, NotRead, ReadProgram
@@ -101,7 +98,7 @@ class Listing:
         self._first = 1
         # A line of the listing presses the button of its row.
         self._rows = [
-            add_button(requests, "line", partial(self._take, row), visible=False)
+            requests.button("line", partial(self._take, row), visible=False)
             for row in range(LISTED)
         ]
         self._html = requests.gui.add_html("")
@@ -153,13 +150,12 @@ class ProgramFiles:
         uploads.on_file = self.take
         gui.add_html(UPLOAD)
         self._files = gui.add_dropdown("File", (NO_FILE, *self._folder.names()))
-        self._file = OperatorsInput(requests, self._files, self.choose)
-        self._dialect = OperatorsInput(
-            requests,
+        self._file = requests.field(self._files, self.choose)
+        self._dialect = requests.field(
             gui.add_dropdown("Dialect", (FROM_SETTINGS, *(each.value for each in Dialect))),
             self._choose_dialect,
         )
-        self.line = OperatorsNumber(requests, "From line", 1, least=1, is_whole=True)
+        self.line = requests.number("From line", 1, least=1, is_whole=True)
 
     def step(self, kept: Path) -> None:
         """Take what has been found out about the file; ``kept`` says how far a program came."""
@@ -241,9 +237,9 @@ class FileActions:
         self._chosen, self._files = chosen, files
         self._shown = ""
         self._doomed = ("", -math.inf)
-        self._name = OperatorsInput(requests, requests.gui.add_text("Name", ""))
+        self._name = requests.field(requests.gui.add_text("Name", ""))
         actions = {"rename": self._rename, "download": self._send, "delete": self._delete}
-        add_buttons(requests, "This file", actions)
+        requests.buttons("This file", actions)
         self._listing = Listing(requests, chosen, files.line)
 
     def show(self) -> None:

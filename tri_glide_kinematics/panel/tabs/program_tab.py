@@ -18,10 +18,7 @@ from tri_glide_kinematics.panel.operator_requests import (
     SLOWEST_SPEED,
     USUAL_SPEED,
     OperatorRequests,
-    OperatorsInput,
-    OperatorsNumber,
     ScaleSlider,
-    add_buttons,
 )
 from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.program_reading import ReadProgram, shown_text
@@ -125,21 +122,19 @@ class ProgramTab:
         self._pace = Pace(SHOW_PERIOD)
         self._drawing = ProgramDrawing(requests.server.scene, chosen)
         self.files = ProgramFiles(requests, uploads, chosen, self._drawing)
-        self._approach = OperatorsNumber(
-            requests, "To the start [mm/s]", USUAL_SPEED, least=SLOWEST_SPEED
-        )
-        self._single_block = OperatorsInput(
-            requests, gui.add_checkbox("Single block", initial_value=False), self._set_single_block
+        self._approach = requests.number("To the start [mm/s]", USUAL_SPEED, least=SLOWEST_SPEED)
+        self._single_block = requests.field(
+            gui.add_checkbox("Single block", initial_value=False), self._set_single_block
         )
         actions = {"check": self._check, "run": self._begin_run, "cancel": self._cancel}
-        add_buttons(requests, "Program", actions)
+        requests.buttons("Program", actions)
         trigger = requests.link.trigger
         motions: dict[str, Callable[[], None]] = {
             "pause": partial(trigger, "pause"),
             "go on": partial(trigger, "resume"),
             "stop": self._stop,
         }
-        add_buttons(requests, "Motion", motions, of_any_page=("stop",))
+        requests.buttons("Motion", motions, of_any_page=("stop",))
         self._scales = [ScaleSlider(requests, *scale) for scale in SCALES]
         with gui.add_folder("File and lines", expand_by_default=False):
             self._actions = FileActions(requests, uploads.folder, chosen, self.files)
