@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import time
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from geometry_msgs.msg import Point
 from panel_rig import PanelRig, tell
 from rcl_interfaces.msg import ParameterEvent
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control import Cause, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.panel.link import SILENCE, STATE_SILENCE
 from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.status_strip import strip_of
@@ -25,15 +28,14 @@ UP = (0.0, 0.0, 0.01)
 def places(machine: ShownMachine, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Return the places that it is sent to [m]."""
     found: list[Any] = []
-    link = machine.link
 
-    def move_to(place: Any, speed: float) -> None:
+    def move_to(place: Any, speed: float) -> Any:
         del speed
         found.append(place)
         # It is on its way as long as nobody has told the end of it.
-        link._goal = link._goal or type("Goal", (), {"result": None, "cancel": lambda _: None})()
+        return SimpleNamespace(result=None, cancel=lambda: None)
 
-    monkeypatch.setattr(link, "move_to", move_to)
+    monkeypatch.setattr(machine.link.programs, "move_to", move_to)
     return found
 
 
@@ -73,7 +75,7 @@ def test_a_state_in_between_drops_a_step_but_for_its_own_motion_and_its_end(
 def test_another_goal_and_a_stop_drop_a_step(machine: ShownMachine, places: list[Any]) -> None:
     ends = (
         # A goal of another client has taken the place of it.
-        machine.link.forget,
+        lambda: setattr(machine._goal, "result", SimpleNamespace(code=GoalCode.SUPERSEDED)),
         lambda: machine.move_to((0.0, 0.0, 0.3), 0.02),
         machine.stop,
     )
@@ -119,15 +121,27 @@ def test_a_jog_that_somebody_has_ended_goes_on_no_more_and_one_that_was_late_doe
 
 
 def test_a_refusal_is_told_with_the_bound_that_the_place_breaks(
-    rig: PanelRig, machine: ShownMachine
+    rig: PanelRig, machine: ShownMachine, places: list[Any]
 ) -> None:
     outside = {"refused": 1, "refusal": MachineState.REFUSAL_OUTSIDE_WORKSPACE}
-    machine.link.asked = (0.9, 0.0, 0.25)
+    machine.move_to((0.9, 0.0, 0.25), 0.02)
     tell(machine, **outside)
     assert rig.requests.refusal.startswith("(900, 0, 250) mm is outside the workspace: ")
     # Of another client nobody knows the place here.
     tell(machine, **{**outside, "refused": 2})
     assert rig.requests.refusal.startswith("refused: ")
+
+
+def test_a_platform_that_is_measured_elsewhere_than_it_was_sent_is_told_once(
+    rig: PanelRig, machine: ShownMachine, places: list[Any]
+) -> None:
+    for _ in range(2):
+        machine.move_to(UP, 0.02)
+    machine._goal.result = SimpleNamespace(code=GoalCode.NOT_REACHED, position=Point(z=0.0123))
+    for _ in range(2):
+        machine.step()
+    told = [each.text for each in rig.requests.history if each.color == "refusal"]
+    assert told == ["not reached: the platform is measured at (0, 0, 12.3) mm"]
 
 
 def test_states_and_the_teach_mode_are_kept_in_the_history(

@@ -15,10 +15,14 @@ from rclpy.parameter import parameter_value_to_python
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.control import IDLE, JOGGING, MOVING, Cause
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import GoalCode
+from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.panel.link import NAMES, NOBODY, Feeds, MachineFacts
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.pace import Pace
-from tri_glide_kinematics.panel.words import READY, WARNING, outside_text, position_text
+from tri_glide_kinematics.panel.words import READY, WARNING, outside_text, place_text, position_text
+from tri_glide_kinematics.ros.goal_sender import SentGoal
+from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.vectors import Vector3, plus
 
 
@@ -70,6 +74,9 @@ class ShownMachine:
         # Where the last step leads to, None if that counts no more [m], and when it was sent [s].
         self._step_to: Vector3 | None = None
         self._stepped_at = -math.inf
+        # The newest goal that was sent and has not ended, and its place; None for that of a path.
+        self._goal: SentGoal | None = None
+        self._asked: Vector3 | None = None
         self._state: object = None
         self._refused = 0
         requests.on_stop.append(self.stop)
@@ -86,7 +93,8 @@ class ShownMachine:
     def stop(self) -> None:
         """Go on with nothing: the machine was told to stop."""
         self._step_to = None
-        self.link.cancel()
+        if self._goal is not None and self._goal.result is None:
+            self._goal.cancel()
 
     # What is known of it
 
@@ -105,8 +113,7 @@ class ShownMachine:
         self.facts = None
         self._ask_pace.hurry()
         self.feeds.motion.forget()
-        self._step_to = None
-        self.link.forget()
+        self._step_to = self._goal = None
         self._requests.end_hold()
 
     def _take(self, facts: MachineFacts) -> None:
@@ -124,8 +131,11 @@ class ShownMachine:
             self._requests.follow_twist_timeout(self.facts.values["twist_timeout"])
 
     def _look_for_refusals(self) -> None:
-        # A goal that is looked at tells how it has ended.
-        _ = self.link.goal
+        if self._goal is not None and (result := self._goal.result) is not None:
+            self._goal = None
+            if result.code == GoalCode.NOT_REACHED:
+                measured = place_text(vector_of(result.position))
+                self._requests.refuse(f"not reached: the platform is measured at {measured}")
         status = self.feeds.status
         message = status.message
         if message.refused > self._refused:
@@ -135,7 +145,7 @@ class ShownMachine:
 
     def _place_words(self) -> str | None:
         """Return why the place cannot be that was asked for here, if that was refused."""
-        asked, self.link.asked = self.link.asked, None
+        asked, self._asked = self._asked, None
         if self.facts is None or asked is None:
             return None
         if self.feeds.status.message.refusal not in PLACE_REFUSALS:
@@ -228,7 +238,7 @@ class ShownMachine:
             KinematicsError: if it is not known which machine this is, as of all that sends it.
         """
         self._check_known()
-        self.link.move_to(position, speed)
+        self._go(position, speed)
 
     def move_by(self, step: Vector3, speed: float) -> None:
         """Go on by a step [m], from where the last one leads to if it is not there yet.
@@ -238,20 +248,26 @@ class ShownMachine:
         """
         last = self._step_to
         self._check_known()
+        is_on_way = self._goal is not None and self._goal.result is None
         is_seen = self.feeds.status.state is MOVING
         is_new = time.monotonic() - self._stepped_at < STEP_PATIENCE
-        if self.link.goal is None or not (is_seen or is_new):
-            last = None
-        start = last or self.commanded_position
+        start = last if is_on_way and (is_seen or is_new) else None
+        start = start or self.commanded_position
         if start is None:
             raise KinematicsError("no step: the position of the platform is not known")
         self._step_to, self._stepped_at = plus(start, step), time.monotonic()
-        self.link.move_to(self._step_to, speed)
+        self._go(self._step_to, speed)
 
     def follow(self, points: Sequence[Vector3], tolerance: float, speed: float) -> None:
-        """Go through ``points``, within a ``tolerance`` [m], at a ``speed`` [m/s]."""
+        """Go through ``points``, at corners within a ``tolerance`` [m], at a ``speed`` [m/s]."""
         self._check_known()
-        self.link.follow(points, tolerance, speed)
+        numbers = [number for point in points for number in point]
+        path = FlatPath.of([SegmentKind.LINE] * len(points), numbers, [], [speed], tolerance)
+        self._goal, self._asked = self.link.programs.follow(path), None
+
+    def _go(self, position: Vector3, speed: float) -> None:
+        self._goal = self.link.programs.move_to(position, speed=speed)
+        self._asked = position
 
     def _check_known(self) -> None:
         """Check that the machine is the one that is shown; the last step counts no more."""
