@@ -168,8 +168,8 @@ class TypedLines:
         """Show what was typed, and what is done with it."""
         lines = escape(json.dumps(list(self.lines)))
         words = self._driver.words
-        _put(self._history, f'<span hidden data-lines="{lines}"></span>')
-        _put(self._told, note(words) if words else "")
+        self._history.content = f'<span hidden data-lines="{lines}"></span>'
+        self._told.content = note(words) if words else ""
 
     async def _take(self, event: Event) -> None:
         text = event.target.value.strip()
@@ -310,7 +310,7 @@ class WorkZero:
     def show(self) -> None:
         """Show the chosen offset."""
         zero = position_text(self._zeros.get(self._name.value, (0.0, 0.0, 0.0)))
-        _put(self._text, note(f"its zero: {zero}"))
+        self._text.content = note(f"its zero: {zero}")
 
     @property
     def text(self) -> str:
@@ -361,14 +361,12 @@ class Outputs:
     def show(self) -> None:
         """Show what was told last of each."""
         told = self._machine.feeds.outputs
-        _put(self._values, table((_name(key), f"{told[key][1]:g}") for key in told))
+        self._values.content = table((_name(key), f"{told[key][1]:g}") for key in told)
         for key in tuple(told)[:MOST_OUTPUTS]:
             if key not in self._boxes:
                 self._add_switch(key)
         for key, box in self._boxes.items():
-            is_on = bool(told.get(key, (0, 0.0))[1])
-            if box.value != is_on:
-                box.value = is_on
+            box.value = bool(told.get(key, (0, 0.0))[1])
 
     def _add_switch(self, key: OutputKey) -> None:
         with self._folder:
@@ -440,12 +438,6 @@ class ManualControls:
 
     def _newest_line(self) -> str:
         return self._typed.lines[0] if self._typed.lines else ""
-
-
-def _put(html: viser.GuiHtmlHandle, content: str) -> None:
-    """Show a ``content``, which is sent only if it is another one."""
-    if html.content != content:
-        html.content = content
 
 
 def _proved(

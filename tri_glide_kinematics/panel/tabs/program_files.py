@@ -51,7 +51,7 @@ class ProgramDrawing:
         self._present = scene.add_line_segments(
             "/program_line", NO_LINES, PRESENT, thickness=7.0, thickness_units="screen"
         )
-        self._is_drawn = False
+        self._path: viser.LineSegmentsHandle | None = None
         self._marked = 0
 
     def draw(self, read: ReadProgram) -> None:
@@ -59,14 +59,13 @@ class ProgramDrawing:
         self.clear()
         if len(read.points):
             colors = np.array([COLORS[look] for look in sorted(COLORS)], dtype=np.uint8)
-            self._scene.add_line_segments(
+            self._path = self._scene.add_line_segments(
                 "/program",
                 read.points,
                 np.repeat(colors[read.looks][:, np.newaxis], 2, axis=1),
                 thickness=2.0,
                 thickness_units="screen",
             )
-            self._is_drawn = True
 
     def mark(self, line: int) -> None:
         """Mark what a ``line`` drives; 0 is none."""
@@ -78,9 +77,9 @@ class ProgramDrawing:
 
     def clear(self) -> None:
         """Draw nothing."""
-        if self._is_drawn:
-            self._scene.remove_by_name("/program")
-            self._is_drawn = False
+        if self._path is not None:
+            self._path.remove()
+            self._path = None
         self.mark(0)
 
 
@@ -124,8 +123,7 @@ class Listing:
                 f'data-press="{uuid_of(button)}">{each}  {escape(chosen.text_of(each))}</button>'
                 for each, button in zip(range(self._first, lines + 1), self._rows)
             )
-        if content != self._html.content:
-            self._html.content = content
+        self._html.content = content
 
 
 class ProgramFiles:
@@ -159,7 +157,7 @@ class ProgramFiles:
 
     def step(self, kept: Path) -> None:
         """Take what has been found out about the file; ``kept`` says how far a program came."""
-        if not self._chosen.is_running and self._chosen.has_another_machine:
+        if not self._chosen.is_running and self._chosen.is_of_another_machine:
             self._load()
         answer = self._chosen.take_answer()
         if isinstance(answer, ReadProgram):
