@@ -17,6 +17,7 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.programs import ChosenProgram, ProgramFolder
 from tri_glide_kinematics.panel.tabs import ManualControls, Runs
+from tri_glide_kinematics.panel.tabs.manual_controls import MOST_VALUES
 from tri_glide_kinematics.programs import RunState, load_buttons, load_zeros
 
 pytestmark = pytest.mark.nodes
@@ -195,6 +196,11 @@ def test_an_output_is_switched_off_at_any_time_and_on_if_the_machine_may_move(ha
     )
     _ = hand.words
     assert hand.rig.handle("fan 2").value is True
+    # No more of them are shown, however many are told.
+    for number in range(2 * MOST_VALUES):
+        hand.machine.feeds._on_output(OutputMessage(name=f"n{number}"), {"source_timestamp": 1})
+    _ = hand.words
+    assert hand.controls._outputs._values.content.count("<tr>") == MOST_VALUES
     tell(hand.machine, state=MachineState.FAULT)
     hand.press("flood", True)
     assert hand.refusal == "flood not switched on: the machine is fault"

@@ -166,6 +166,10 @@ def test_lines_are_chosen_in_the_listing_and_files_renamed_sent_and_deleted(
     assert "3  G1 X-20 F6000" in tab.tab._actions._listing._html.content
     tab.rig.send(tab.tab._actions._listing._rows[2], True)
     assert tab.rig.handle("From line").value == "3"
+    # What is being typed stays until it is needed.
+    tab.press("From line", "")
+    assert "3  G1 X-20 F6000" in tab.words + tab.tab._actions._listing._html.content
+    assert tab.rig.handle("From line").value == ""
     tab.press("download")
     assert sent == [("square.ngc", SQUARE.encode())]
     tab.press("Name", "renamed.ngc")

@@ -47,7 +47,8 @@ from tri_glide_kinematics.programs import (
 from tri_glide_kinematics.vectors import Vector3, minus
 
 MOST_LINES = 30  # in the history
-MOST_OUTPUTS = 12  # that are shown
+# Outputs that have a switch, and those that are shown: anybody may tell of others.
+MOST_SWITCHES, MOST_VALUES = 12, 100
 MOST_BUTTONS = 24
 LONGEST_NAME = 24  # characters, of a button
 SAME_PLACE = 1e-7  # m, and of a speed at rest m/s
@@ -361,8 +362,9 @@ class Outputs:
     def show(self) -> None:
         """Show what was told last of each."""
         told = self._machine.feeds.outputs
-        self._values.content = table((_name(key), f"{told[key][1]:g}") for key in told)
-        for key in tuple(told)[:MOST_OUTPUTS]:
+        shown = tuple(told)[:MOST_VALUES]
+        self._values.content = table((_name(key), f"{told[key][1]:g}") for key in shown)
+        for key in shown[:MOST_SWITCHES]:
             if key not in self._boxes:
                 self._add_switch(key)
         for key, box in self._boxes.items():

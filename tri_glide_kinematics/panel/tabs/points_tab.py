@@ -225,7 +225,7 @@ class PointsTab:
         return index
 
     def _show_chosen(self) -> None:
-        index = int(self._choice.value) - 1
+        index = int(self._choice.last) - 1
         if index in range(len(self.points)):
             point = self.points[index]
             self._name.set(point.name)

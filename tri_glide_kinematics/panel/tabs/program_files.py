@@ -109,13 +109,8 @@ class Listing:
         """Show the lines around the one that runs, or that *run* begins at."""
         chosen, content = self._chosen, ""
         if chosen.read is not None:
-            try:
-                line = (
-                    chosen.run.line if chosen.run and chosen.is_running else int(self._line.value)
-                )
-            except KinematicsError:
-                # Somebody is typing.
-                return
+            # While somebody is typing, the last number holds.
+            line = chosen.run.line if chosen.run and chosen.is_running else int(self._line.last)
             lines = chosen.read.program.lines
             self._first = max(1, min(line - LISTED // 2, lines + 1 - LISTED))
             content = "".join(
