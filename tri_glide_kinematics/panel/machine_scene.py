@@ -80,8 +80,9 @@ COMMANDED_OPACITY = 0.3  # the measured machine is seen through the commanded on
 PLAIN: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 AMBIENT_LIGHT = 2.0  # intensity, as viser counts it
 
-# Of all that is drawn of a machine.
-ROOT = "/machine"
+_ROOTS = (
+    *("tower_0", "tower_1", "tower_2", "floor", "measured", "commanded", "target", "workspace"),
+)
 
 NO_LINES: NDArray[np.float32] = np.zeros((0, 2, 3), dtype=np.float32)
 
@@ -161,18 +162,17 @@ class Scene:
     def __init__(self, scene: viser.SceneApi, facts: MachineFacts) -> None:
         """Put a machine into an empty ``scene``."""
         self._scene = scene
-        self._root = scene.add_frame(ROOT, show_axes=False)
         geometry = facts.machine.geometry
         parts = Parts.of(geometry, facts.values["platform_radius"])
         lower, upper = facts.travel
         size = parts.size
         scene.set_up_direction("+z")
         self._draw_towers(parts, lower, upper, size)
-        self.measured = DrawnMachine(scene, f"{ROOT}/measured", parts, is_ghost=False)
-        self.commanded = DrawnMachine(scene, f"{ROOT}/commanded", parts, is_ghost=True)
+        self.measured = DrawnMachine(scene, "/measured", parts, is_ghost=False)
+        self.commanded = DrawnMachine(scene, "/commanded", parts, is_ghost=True)
         self._lines = {
             name: scene.add_line_segments(
-                f"{ROOT}/{name}", NO_LINES, color, thickness=width, thickness_units="screen"
+                f"/{name}", NO_LINES, color, thickness=width, thickness_units="screen"
             )
             for name, color, width in (
                 ("programmed", PROGRAMMED, 1.0),
@@ -181,13 +181,15 @@ class Scene:
             )
         }
         self._target = scene.add_icosphere(
-            f"{ROOT}/target", 0.5 * size, TARGET, visible=False, cast_shadow=False
+            "/target", 0.5 * size, TARGET, visible=False, cast_shadow=False
         )
         self._target_place: Vector3 | None = None
 
     def remove(self) -> None:
         """Remove all of it, with what stands below it."""
-        self._root.remove()
+        for name in (*_ROOTS, *self._lines):
+            if self._scene.get_handle_by_name(f"/{name}") is not None:
+                self._scene.remove_by_name(f"/{name}")
 
     def show_target(self, position: Vector3 | None) -> None:
         """Show where the machine goes, if it goes anywhere [m]."""
@@ -210,7 +212,7 @@ class Scene:
         if len(rings):
             vertices, faces = skin(rings)
             self._scene.add_mesh_simple(
-                f"{ROOT}/workspace",
+                "/workspace",
                 vertices.astype(np.float32),
                 faces,
                 color=SHELL,
@@ -223,7 +225,7 @@ class Scene:
         for index in range(3):
             low, high = lower[index] - 2.0 * size, upper[index] + 2.0 * size
             self._scene.add_box(
-                f"{ROOT}/tower_{index}",
+                f"/tower_{index}",
                 color=TOWER,
                 dimensions=(size, size, high - low),
                 position=(*parts.column(index), 0.5 * (low + high)),
@@ -231,7 +233,7 @@ class Scene:
             )
             for end, height in (("lower", lower[index]), ("upper", upper[index])):
                 self._scene.add_box(
-                    f"{ROOT}/tower_{index}/{end}",
+                    f"/tower_{index}/{end}",
                     color=TRAVEL_END,
                     dimensions=(1.6 * size, 1.6 * size, 0.25 * size),
                     position=(0.0, 0.0, height - 0.5 * (low + high)),
@@ -240,7 +242,7 @@ class Scene:
         floor = min(min(lower) - max(parts.arm_lengths), 0.0)
         reach = 2.5 * max(float(np.hypot(x, y)) for x, y in parts.towers)
         self._scene.add_grid(
-            f"{ROOT}/floor",
+            "/floor",
             width=reach,
             height=reach,
             plane="xy",

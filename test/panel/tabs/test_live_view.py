@@ -32,7 +32,7 @@ def test_a_path_that_was_told_before_the_machine_is_drawn_with_it_and_with_the_n
     def drawn() -> Any:
         view.step()
         view.draw()
-        handle: Any = rig.server.scene.get_handle_by_name("/machine/programmed")
+        handle: Any = rig.server.scene.get_handle_by_name("/programmed")
         return None if handle is None else handle.points
 
     path = Marker(ns=PROGRAMMED.name, points=[Point(x=x, y=y, z=z) for x, y, z in PATH])
