@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,6 +15,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.tabs import LiveView
+from tri_glide_kinematics.panel.tabs.curves import BIN
 from tri_glide_kinematics.panel.tabs.live_view import GoToHandle
 from tri_glide_kinematics.ros.outputs import PROGRAMMED
 
@@ -45,6 +47,31 @@ def test_a_path_that_was_told_before_the_machine_is_drawn_with_it_and_with_the_n
     path.action = Marker.DELETE
     machine.feeds._on_markers(MarkerArray(markers=[path]))
     assert len(drawn()) == 0
+
+
+def test_a_machine_that_has_gone_is_not_shown_as_if_it_were_there(
+    rig: PanelRig, machine: ShownMachine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tabs = rig.gui.add_tab_group()
+    view = LiveView(tabs, rig.requests, machine, print, lambda _: True, None)
+    view.step()
+    view.draw()
+    assert "condition number" in view._numbers.content
+    drawn: Any = rig.server.scene.get_handle_by_name("/measured")
+    assert drawn.visible
+    plot = view._curves.plots[0].handle
+
+    def newest() -> int:
+        return int(np.flatnonzero(np.isfinite(plot.data[1]))[-1])
+
+    before = newest()
+    machine._forget()
+    later = time.monotonic() + 3.0
+    monkeypatch.setattr("tri_glide_kinematics.panel.tabs.live_view.time.monotonic", lambda: later)
+    view.draw()
+    assert "no heights of the sliders are measured" in view._numbers.content
+    assert not drawn.visible
+    assert newest() < before - 1.0 / BIN
 
 
 HERE, THERE = (0.01, 0.0, 0.25), (-0.08, 0.0, 0.3)

@@ -273,13 +273,18 @@ class LiveView:
         self._shaping = edge_rings(facts.workspace)
 
     def draw(self) -> None:
-        """Show where everything is by now, if a machine is known."""
-        facts, feeds = self._machine.facts, self._machine.feeds
+        """Show where everything is by now, if a machine was ever known.
+
+        One that has gone is nowhere, and its curves go on.
+        """
+        facts, feeds = self._facts, self._machine.feeds
         scene, handle = self._scene, self._handle
         if facts is None or scene is None or handle is None:
             return
-        setpoint = feeds.motion.commanded
-        measured = pose_of(feeds.motion.measured, facts)
+        setpoint, heights = feeds.motion.commanded, feeds.motion.measured
+        if self._machine.facts is None:
+            setpoint = heights = None
+        measured = pose_of(heights, facts)
         commanded = pose_of(setpoint.heights if setpoint is not None else None, facts)
         machines = ((scene.measured, measured), (scene.commanded, commanded))
         # viser looks for what there is to be sent at the end of each block.
@@ -296,7 +301,9 @@ class LiveView:
         is_idle = feeds.status.state is IDLE
         handle.follow(commanded.position if is_idle and commanded else feeds.target)
         self._draw_curves(facts, feeds.motion)
-        if measured is not None:
+        if measured is None:
+            self._numbers.content = note("no heights of the sliders are measured")
+        else:
             self._draw_trace(scene, measured.position)
             self._draw_numbers(facts, measured, feeds)
         self._shape(scene)
