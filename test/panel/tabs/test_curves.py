@@ -56,8 +56,8 @@ def swing(time):
 @pytest.mark.parametrize("rate", [25.0, 30.0, 500.0])
 def test_curves_are_the_last_ten_seconds_at_any_rate(curves, rate):
     times = 1234.5678 + np.arange(round(13.0 * rate)) / rate
-    for time in times:
-        curves.take(time, swing(time))
+    for part in np.array_split(times, 100):
+        curves.take((time, swing(time)) for time in part)
     ages, shown = drawn(curves, times[-1])
     assert ages[-1] == 0.0
     assert ages[0] == pytest.approx(-SPAN, abs=1.5 * BIN)
@@ -68,15 +68,15 @@ def test_curves_are_the_last_ten_seconds_at_any_rate(curves, rate):
 
 
 def test_a_bin_holds_what_is_nearest_to_a_limit(curves):
-    curves.take(10.001, SliderState((0.2,) * 3, (0.2, -0.9, 0.0), (1.0, 2.0, -8.0)))
-    curves.take(10.002, SliderState((0.2, 0.3, 0.4), (0.1, 0.3, -0.1), (-2.0, 1.0, 7.0)))
+    curves.take([(10.001, SliderState((0.2,) * 3, (0.2, -0.9, 0.0), (1.0, 2.0, -8.0)))])
+    curves.take([(10.002, SliderState((0.2, 0.3, 0.4), (0.1, 0.3, -0.1), (-2.0, 1.0, 7.0)))])
     _, shown = drawn(curves, 10.0)
     newest = [(200.0, 300.0, 400.0), (200.0, -900.0, -100.0), (-2.0, 2.0, -8.0)]
     assert shown[..., -1] == pytest.approx(np.array(newest))
 
 
 def test_a_time_without_samples_is_empty_and_the_rest_moves_on(curves):
-    curves.take(20.01, SOMEWHERE)
+    curves.take([(20.01, SOMEWHERE)])
     _, (heights, *_) = drawn(curves, 21.01)
     assert np.isnan(heights[:, -20:]).all()
     assert heights[:, -21] == pytest.approx((400.0, 500.0, 600.0))
@@ -84,9 +84,9 @@ def test_a_time_without_samples_is_empty_and_the_rest_moves_on(curves):
 
 
 def test_a_sample_that_is_late_gets_its_own_place(curves):
-    curves.take(20.01, SOMEWHERE)
+    curves.take([(20.01, SOMEWHERE)])
     drawn(curves, 20.51)
-    curves.take(20.26, ELSEWHERE)
+    curves.take([(20.26, ELSEWHERE)])
     _, (heights, *_) = drawn(curves, 20.51)
     assert heights[:, -11] == pytest.approx((400.0, 500.0, 600.0))
     assert heights[:, -6] == pytest.approx((700.0, 800.0, 900.0))
@@ -95,15 +95,15 @@ def test_a_sample_that_is_late_gets_its_own_place(curves):
 
 def test_between_two_equal_samples_is_no_hole(curves):
     for time in (20.01, 20.51):
-        curves.take(time, SOMEWHERE)
-    curves.take(20.91, ELSEWHERE)
+        curves.take([(time, SOMEWHERE)])
+    curves.take([(20.91, ELSEWHERE)])
     _, (heights, *_) = drawn(curves, 20.91)
     assert np.isfinite(heights[0]).sum() == 11 + 1
 
 
 def test_a_clock_that_goes_back_starts_anew(curves):
     for time in (20.0, 3.0):
-        curves.take(time, SOMEWHERE)
+        curves.take([(time, SOMEWHERE)])
     _, (heights, *_) = drawn(curves, 3.0)
     assert np.isfinite(heights).sum() == 3
 
@@ -129,7 +129,7 @@ def test_limits_are_drawn_in_their_units_and_new_ones_take_their_place(curves):
 
 
 def test_a_recording_is_drawn_in_place_of_the_last_seconds(curves):
-    curves.take(20.0, SOMEWHERE)
+    curves.take([(20.0, SOMEWHERE)])
     curves.recorded = History(RECORDED, SPAN, BIN)
     told = np.repeat((0.7, 0.1, 2.0, 0.0004), 3)
     # In a fault, nothing may be measured.
@@ -147,7 +147,7 @@ def test_a_recording_is_drawn_in_place_of_the_last_seconds(curves):
 
 
 def test_a_few_times_a_second_and_on_without_samples(curves):
-    curves.take(100.0, SOMEWHERE)
+    curves.take([(100.0, SOMEWHERE)])
     changes, before = 0, None
     for step in range(300):
         curves.draw(100.0 + step / 100.0, FACTS)
@@ -165,7 +165,7 @@ def test_many_samples_cost_no_more_than_a_few(curves):
         sent[rate] = 0
         for step in range(3 * rate):
             now = begin + step / rate
-            curves.take(now, SOMEWHERE._replace(velocities=(math.sin(now), 0.2, 0.3)))
+            curves.take([(now, SOMEWHERE._replace(velocities=(math.sin(now), 0.2, 0.3)))])
             curves.draw(now, FACTS)
             if plot.data is not last:
                 last = plot.data

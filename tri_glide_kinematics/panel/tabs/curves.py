@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -76,10 +76,16 @@ class History:
         self.advance(float(times.max()))
         bins = np.floor(times / self._width).astype(np.intp)
         assert self._newest is not None
-        have = (self._newest - self._count < bins) & (bins <= self._newest)
+        have = np.flatnonzero((self._newest - self._count < bins) & (bins <= self._newest))
+        if not have.size:
+            return
+        have = have[np.argsort(bins[have], kind="stable")]
+        numbers = bins[have]
+        starts = np.flatnonzero(np.append(True, numbers[1:] != numbers[:-1]))
+        places = numbers[starts] % self._count
         for extremes, farther in zip(self._bins, (np.fmin, np.fmax)):
-            for extreme, told in zip(extremes, samples[have].T):
-                farther.at(extreme, bins[have] % self._count, told)
+            told = farther.reduceat(samples[have], starts)
+            extremes[:, places] = farther(extremes[:, places], told.T)
 
     @property
     def extremes(self) -> FloatArray:
@@ -227,16 +233,23 @@ class Curves:
             for title, _ in QUANTITIES
         ]
 
-    def take(self, time: float, motion: SliderState) -> None:
-        """Take in a sample, a little late at most; a clock that goes back starts anew.
+    def take(self, samples: Iterable[tuple[float, SliderState]]) -> None:
+        """Take in samples with their times [s], a little late at most.
 
-        Between two equal samples nothing has moved: if the second is late, there is no hole.
+        A clock that goes back starts anew. Between two equal samples nothing has moved: if the
+        second is late, there is no hole.
         """
-        then, last = self._last
-        self._last = time, motion
-        is_late = motion == last and time - then < LATEST
-        times = np.array([*(np.arange(then + BIN, time, BIN) if is_late else ()), time])
-        self._history.add(times, np.tile(np.ravel(motion), (len(times), 1)))
+        times: list[float] = []
+        rows: list[SliderState] = []
+        for moment, motion in samples:
+            then, last = self._last
+            self._last = moment, motion
+            is_late = motion == last and moment - then < LATEST
+            between = np.arange(then + BIN, moment, BIN).tolist() if is_late else []
+            times += [*between, moment]
+            rows += [motion] * (len(between) + 1)
+        if times:
+            self._history.add(np.array(times), np.array(rows).reshape(len(rows), -1))
 
     def draw(self, time: float, facts: MachineFacts) -> None:
         """Draw if it is time to, and let the curves go on to ``time`` [s] if no samples come.

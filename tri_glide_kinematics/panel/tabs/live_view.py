@@ -311,11 +311,13 @@ class LiveView:
 
     def _draw_curves(self, facts: MachineFacts, feed: MotionFeed) -> None:
         now = time.monotonic()
+        samples = []
         for motion in feed.unseen:
             moment = motion.stamp + self._times.offset(motion.stamp, now)
             if motion.commanded is not None and moment > self._curves_at:
                 self._curves_at = moment
-                self._curves.take(moment, motion.commanded)
+                samples.append((moment, motion.commanded))
+        self._curves.take(samples)
         feed.unseen.clear()
         # In silence they go on, too.
         if now - self._curves_at > LARGEST_LAG:
