@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import time
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from rclpy.context import Context
@@ -14,6 +17,8 @@ from tri_glide_interfaces.msg import MachineState, MotionState
 from tri_glide_kinematics.panel.link import MachineFacts, MachineLink
 from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.programs import ChosenProgram, ProgramFolder
+from tri_glide_kinematics.panel.tabs import Runs
 from tri_glide_kinematics.settings import IK_NODE
 
 # The first page has the controls.
@@ -84,6 +89,39 @@ class PanelRig:
     def event(handle: Any, page: int = OPERATOR) -> Any:
         """Return what viser tells of an action of a page."""
         return GuiEvent(None, page, handle)  # type: ignore[arg-type]
+
+
+BOUND = 60.0  # s, for what takes a fraction of this
+
+
+class ProgramRig:
+    """What runs programs, beside a tab; the settings have a work offset.
+
+    Attributes:
+        words: all that the tab tells.
+    """
+
+    words = ""
+
+    def __init__(self, rig: PanelRig, machine: Any, folder: Path) -> None:
+        self.rig, self.machine, self.requests, self.press = rig, machine, rig.requests, rig.press
+        self.folder = ProgramFolder(folder / "programs")
+        self.folder.folder.mkdir()
+        self.zeros = folder / "zeros.yaml"
+        settings = folder / "settings.yaml"
+        settings.write_text("unit: mm\noffsets: {G54: [0, 0, 0]}\n")
+        self.chosen = ChosenProgram(self.folder, settings, self.zeros, machine)
+        self.runs = Runs(rig.requests)
+
+    @property
+    def refusal(self) -> str:
+        return self.requests.refusal
+
+    def wait_for(self, condition: Callable[[], Any]) -> None:
+        end = time.monotonic() + BOUND
+        while not condition():
+            assert time.monotonic() < end, f"{self.words}; {self.refusal}"
+            time.sleep(0.02)
 
 
 HOME = (0.0, 0.0, 0.25)

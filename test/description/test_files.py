@@ -1,10 +1,10 @@
 """Rods of URDF and MJCF meet the platform; the files are evaluated as other programs do it."""
 
-from math import cos, sin
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from testing.masses import random_masses
 from tri_glide_kinematics.description import (
@@ -80,13 +80,14 @@ def poses(machine: MachineDescription, count: int) -> list[tuple[Vector3, Vector
     return found
 
 
-def turn(axis: FloatArray, angle: float) -> FloatArray:
-    """Rotation about an axis (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
+def turned(rotation: Rotation) -> FloatArray:
     result = IDENTITY.copy()
-    result[:3, :3] += sin(angle) * cross + (1.0 - cos(angle)) * cross @ cross
+    result[:3, :3] = rotation.as_matrix()
     return result
+
+
+def turn(axis: FloatArray, angle: float) -> FloatArray:
+    return turned(Rotation.from_rotvec(angle * axis))
 
 
 def moved(place: FloatArray) -> FloatArray:
@@ -116,10 +117,8 @@ class Tree:
             return IDENTITY
         before = self.place_of(joint.find("parent").attrib["link"], values)
         origin, axis = joint.find("origin"), numbers(joint.find("axis"), "xyz")
-        roll, pitch, yaw = numbers(origin, "rpy")
         result = before @ moved(numbers(origin, "xyz"))
-        for direction, angle in zip(np.eye(3)[::-1], (yaw, pitch, roll)):
-            result = result @ turn(direction, angle)
+        result = result @ turned(Rotation.from_euler("xyz", numbers(origin, "rpy")))
         value = values[joint.attrib["name"]]
         if joint.attrib["type"] == "prismatic":
             return result @ moved(value * axis)
@@ -187,12 +186,6 @@ def test_limits_of_the_platform_hold_everywhere():
             assert np.all(np.array(position) < upper)
 
 
-def quaternion_matrix(wxyz: FloatArray) -> FloatArray:
-    angle = 2.0 * np.arctan2(np.linalg.norm(wxyz[1:]), wxyz[0])
-    size = np.linalg.norm(wxyz[1:])
-    return turn(wxyz[1:] / size, angle) if size > 0.0 else IDENTITY
-
-
 @pytest.mark.parametrize("machine", MACHINES)
 def test_the_loops_of_the_mjcf_are_closed_at_the_start(machine: MachineDescription):
     masses = random_masses(np.random.default_rng(3))
@@ -220,12 +213,13 @@ def test_the_loops_of_the_mjcf_are_closed_at_the_start(machine: MachineDescripti
             )
             # Turned back by all references, the rod hangs straight down.
             straight = hangs @ moved(numbers(body, "pos"))
-            hangs = straight @ quaternion_matrix(numbers(body, "quat"))
+            w, *xyz = numbers(body, "quat")
+            hangs = straight @ turned(Rotation.from_quat((*xyz, w)))
             swing, tilt = (references[f"{rod}_{joint}"] for joint in ("swing", "tilt"))
-            turned = turn(np.array((1.0, 0.0, 0.0)), swing) @ turn(np.array((0.0, 1.0, 0.0)), tilt)
-            assert straight @ turned == pytest.approx(hangs, abs=1e-12)
+            both = turn(np.array((1.0, 0.0, 0.0)), swing) @ turn(np.array((0.0, 1.0, 0.0)), tilt)
+            assert straight @ both == pytest.approx(hangs, abs=1e-12)
             axis = numbers(body.find("joint"), "axis")
-            assert (turned[:3, :3] @ axis) == pytest.approx((1.0, 0.0, 0.0), abs=1e-12)
+            assert (both[:3, :3] @ axis) == pytest.approx((1.0, 0.0, 0.0), abs=1e-12)
             end = hangs @ (*numbers(connected[rod], "anchor"), 1.0)
             meets = position + sites[f"{rod}_joint"]
             assert np.linalg.norm(end[:3] - meets) < CLOSED

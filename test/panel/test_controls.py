@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from tri_glide_kinematics.panel.operator_requests import Controls
+from tri_glide_kinematics.panel.operators import Controls
 
 
 def controls(*pages: int) -> Controls:

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
-from tri_glide_kinematics.control import IDLE, JOGGING, STOPPING, Cause
-from tri_glide_kinematics.panel.machine import JogWatch
-from tri_glide_kinematics.panel.operator_requests import LONGEST_GAP, RENEWALS, HeldJog
+from tri_glide_kinematics.panel.operators import LONGEST_GAP, RENEWALS, HeldJog
 from tri_glide_kinematics.settings import IK_NODE
 
 X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
@@ -41,24 +37,6 @@ def test_a_short_hiccup_is_forgiven_and_after_a_long_one_it_begins_anew() -> Non
     assert moves(hold, 1.0) == [False, True, True, True, True]
 
 
-def test_a_jog_that_somebody_has_ended_is_seen_by_the_state() -> None:
-    watch = JogWatch()
-    assert not watch.has_ended(IDLE, Cause.STOP_ASKED), "it has not begun"
-    assert not watch.has_ended(JOGGING, Cause.COMMAND)
-    assert watch.has_ended(STOPPING, Cause.STOP_ASKED)
-    assert not watch.has_ended(IDLE, Cause.STOP_ASKED), "it was told already"
-
-
-@pytest.mark.parametrize("cause", [Cause.TWISTS_SILENT, Cause.RELEASED])
-def test_late_twists_and_a_release_are_no_end_but_a_stop_after_them_is(cause: Cause) -> None:
-    watch = JogWatch()
-    watch.has_ended(JOGGING, Cause.COMMAND)
-    # After a release, another button may be held by now.
-    assert not watch.has_ended(STOPPING, cause)
-    assert not watch.has_ended(IDLE, cause)
-    assert watch.has_ended(IDLE, Cause.STOP_ASKED)
-
-
 def test_what_was_ended_waits_for_the_release() -> None:
     hold = HeldJog()
     moves(hold, 0.0)
@@ -74,14 +52,6 @@ def test_to_end_nothing_bars_nobody() -> None:
     hold = HeldJog()
     hold.end()
     assert any(moves(hold, 0.0))
-
-
-def test_who_was_barred_has_to_press_again() -> None:
-    hold = HeldJog()
-    hold.bar(1)
-    assert not any(moves(hold, 0.0, page=1))
-    hold.release(1)
-    assert any(moves(hold, 1.0, page=1))
 
 
 def test_messages_that_come_all_at_once_move_nothing() -> None:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import time
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from geometry_msgs.msg import Point
 from panel_rig import PanelRig, tell
 from rcl_interfaces.msg import ParameterEvent
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.panel.link import STATE_SILENCE
+from tri_glide_kinematics.control import Cause, OperatingState
+from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import GoalCode
+from tri_glide_kinematics.panel.link import SILENCE, STATE_SILENCE
 from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.status_strip import strip_of
 
@@ -18,62 +24,124 @@ pytestmark = pytest.mark.nodes
 UP = (0.0, 0.0, 0.01)
 
 
-def sent(machine: ShownMachine, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Return a list of the places that it is sent to from now on [m]."""
-    places: list[Any] = []
-    link = machine.link
+@pytest.fixture
+def places(machine: ShownMachine, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Return the places that it is sent to [m]."""
+    found: list[Any] = []
 
-    def move_to(place: Any, speed: float) -> None:
+    def move_to(place: Any, speed: float) -> Any:
         del speed
-        places.append(place)
+        found.append(place)
         # It is on its way as long as nobody has told the end of it.
-        link._goal = link._goal or type("Goal", (), {"result": None, "cancel": lambda _: None})()
+        return SimpleNamespace(result=None, cancel=lambda: None)
 
-    monkeypatch.setattr(link, "move_to", move_to)
-    return places
+    monkeypatch.setattr(machine.link.programs, "move_to", move_to)
+    return found
 
 
-def test_a_step_goes_on_from_the_last_one_until_something_else_came_between(
-    machine: ShownMachine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    places = sent(machine, monkeypatch)
-    for _ in range(2):
-        machine.move_by(UP, 0.02)
-    assert [z for *_, z in places] == pytest.approx([0.26, 0.27])
-    # A goal of another client has taken the place of it.
-    machine.link.forget()
+def step(machine: ShownMachine, places: list[Any]) -> float:
+    """Make a step, and return the height that it leads to [m]."""
     machine.move_by(UP, 0.02)
-    assert places[-1][2] == pytest.approx(0.26)
-    for end in (lambda: tell(machine, state=MachineState.JOGGING), machine.stop):
-        machine.move_by(UP, 0.02)
+    return float(places[-1][2])
+
+
+def test_steps_add_up_while_the_machine_moves_and_soon_after_they_were_sent(
+    machine: ShownMachine, places: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert step(machine, places) == pytest.approx(0.26)
+    # It is not seen yet.
+    assert step(machine, places) == pytest.approx(0.27)
+    tell(machine, state=MachineState.MOVING)
+    assert step(machine, places) == pytest.approx(0.28)
+    later = time.monotonic() + 0.8 * SILENCE
+    monkeypatch.setattr("tri_glide_kinematics.panel.machine.time.monotonic", lambda: later)
+    monkeypatch.setattr("tri_glide_kinematics.panel.machine.STEP_PATIENCE", 0.5 * SILENCE)
+    assert step(machine, places) == pytest.approx(0.29)
+    tell(machine)
+    later += 0.6 * SILENCE
+    assert step(machine, places) == pytest.approx(0.26)
+
+
+@pytest.mark.parametrize("state", [None, *OperatingState])
+def test_a_state_in_between_drops_a_step_but_for_its_own_motion_and_its_end(
+    machine: ShownMachine, places: list[Any], state: OperatingState | None
+) -> None:
+    step(machine, places)
+    tell(machine, state=0 if state is None else getattr(MachineState, state.name))
+    is_own = state in (OperatingState.IDLE, OperatingState.MOVING)
+    assert step(machine, places) == pytest.approx(0.27 if is_own else 0.26)
+
+
+def test_another_goal_and_a_stop_drop_a_step(machine: ShownMachine, places: list[Any]) -> None:
+    ends = (
+        # A goal of another client has taken the place of it.
+        lambda: setattr(machine._goal, "result", SimpleNamespace(code=GoalCode.SUPERSEDED)),
+        lambda: machine.move_to((0.0, 0.0, 0.3), 0.02),
+        machine.stop,
+    )
+    for end in ends:
+        step(machine, places)
         end()
-        machine.move_by(UP, 0.02)
-        assert places[-1][2] == pytest.approx(0.26)
+        assert step(machine, places) == pytest.approx(0.26)
+        machine.stop()
 
 
 def test_a_machine_that_is_not_known_is_sent_nowhere(
-    rig: PanelRig, machine: ShownMachine, monkeypatch: pytest.MonkeyPatch
+    machine: ShownMachine, places: list[Any]
 ) -> None:
-    places = sent(machine, monkeypatch)
+    machine.feeds.motion.forget()
+    with pytest.raises(KinematicsError, match="no step: the position of the platform is not known"):
+        machine.move_by(UP, 0.02)
     machine._forget()
     for drive in (machine.move_to, machine.move_by):
-        rig.requests.refusal = ""
-        drive(UP, 0.02)
-        assert "has not told its target yet" in rig.requests.refusal
+        with pytest.raises(KinematicsError, match="has not told its target yet"):
+            drive(UP, 0.02)
     assert not places
     assert machine.place is machine.commanded_position is None
 
 
+@pytest.mark.parametrize("cause", [Cause.TWISTS_SILENT, Cause.RELEASED])
+def test_a_jog_that_somebody_has_ended_goes_on_no_more_and_one_that_was_late_does(
+    rig: PanelRig, machine: ShownMachine, cause: Cause, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ends: list[str] = []
+    monkeypatch.setattr(rig.requests, "end_hold", lambda: ends.append("end"))
+    stop_asked = int(Cause.STOP_ASKED)
+    # It has not begun.
+    tell(machine, cause=stop_asked)
+    tell(machine, state=MachineState.JOGGING)
+    # After a release, another button may be held by now.
+    for state in (MachineState.STOPPING, MachineState.IDLE):
+        tell(machine, state=state, cause=int(cause))
+    assert not ends
+    # That is told once.
+    for state in (MachineState.STOPPING, MachineState.IDLE):
+        tell(machine, state=state, cause=stop_asked)
+    assert ends == ["end"]
+
+
 def test_a_refusal_is_told_with_the_bound_that_the_place_breaks(
-    rig: PanelRig, machine: ShownMachine
+    rig: PanelRig, machine: ShownMachine, places: list[Any]
 ) -> None:
     outside = {"refused": 1, "refusal": MachineState.REFUSAL_OUTSIDE_WORKSPACE}
-    machine.link.asked = (0.9, 0.0, 0.25)
+    machine.move_to((0.9, 0.0, 0.25), 0.02)
     tell(machine, **outside)
     assert rig.requests.refusal.startswith("(900, 0, 250) mm is outside the workspace: ")
     # Of another client nobody knows the place here.
     tell(machine, **{**outside, "refused": 2})
     assert rig.requests.refusal.startswith("refused: ")
+
+
+def test_a_platform_that_is_measured_elsewhere_than_it_was_sent_is_told_once(
+    rig: PanelRig, machine: ShownMachine, places: list[Any]
+) -> None:
+    for _ in range(2):
+        machine.move_to(UP, 0.02)
+    machine._goal.result = SimpleNamespace(code=GoalCode.NOT_REACHED, position=Point(z=0.0123))
+    for _ in range(2):
+        machine.step()
+    told = [each.text for each in rig.requests.history if each.color == "refusal"]
+    assert told == ["not reached: the platform is measured at (0, 0, 12.3) mm"]
 
 
 def test_states_and_the_teach_mode_are_kept_in_the_history(

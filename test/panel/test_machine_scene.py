@@ -4,24 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tri_glide_kinematics.description import Parts
-from tri_glide_kinematics.panel.machine_scene import Quaternion, arm_turn, skin
+from tri_glide_kinematics.panel.machine_scene import arm_turn, skin
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
 
 UNEQUAL = TriGlideGeometry([[0.0, 0.21], [-0.17, -0.1], [0.19, -0.09]], [0.4, 0.42, 0.38])
-
-
-def matrix(rotation: Quaternion) -> FloatArray:
-    w, x, y, z = rotation
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 @pytest.mark.parametrize("geometry", [DEFAULT_GEOMETRY, UNEQUAL])
@@ -31,7 +21,8 @@ def test_each_arm_ends_at_its_platform_joint(geometry: TriGlideGeometry) -> None
     for _ in range(200):
         position = (*source.uniform(-0.05, 0.05, 2), source.uniform(0.2, 0.3))
         for index, height in enumerate(machine.inverse(position)):
-            rotation = matrix(arm_turn(parts, index, height, position))
+            w, *xyz = arm_turn(parts, index, height, position)
+            rotation = Rotation.from_quat((*xyz, w)).as_matrix()
             hangs = rotation @ (0.0, 0.0, -parts.arm_lengths[index])
             end = np.array((*parts.towers[index], height)) + hangs
             joint = np.add(position, (*parts.platform_joints[index], 0.0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tri_glide_kinematics.panel.operator_requests import KEPT, LONGEST, MessageHistory
+from tri_glide_kinematics.panel.operators import KEPT, LONGEST, MessageHistory
 
 
 def test_the_newest_is_first_and_the_oldest_are_forgotten() -> None:

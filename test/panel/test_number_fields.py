@@ -10,13 +10,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.inputs import (
-    OperatorsInput,
-    OperatorsNumber,
+from tri_glide_kinematics.panel.operator_requests import (
     SpeedFields,
     WrongNumberError,
 )
-from tri_glide_kinematics.panel.operator_requests import RENEWALS
+from tri_glide_kinematics.panel.operators import RENEWALS
 from tri_glide_kinematics.panel.tabs import DriveTab, Point, PointsTab
 
 pytestmark = pytest.mark.nodes
@@ -56,30 +54,10 @@ def meant(text):
         return None
 
 
-def test_what_a_field_shows_is_what_counts_or_it_is_refused(rig):
-    requests = rig.requests
-    field = OperatorsNumber(requests, "size", 7.5, least=0.4)
-    rng = np.random.default_rng(5)
-    drawn = ("".join(rng.choice(list(SIGNS), rng.integers(1, 6))) for _ in range(200))
-    last, taken = 7.5, 0
-    for text in (*TYPED, *drawn):
-        handle = rig.press("size", text)
-        number = meant(text)
-        if number is None or number < Fraction("0.4"):
-            with pytest.raises(WrongNumberError, match=r"nothing done: size: .* at least 0\.4"):
-                _ = field.value
-            # The field shows again what holds, and that counts.
-            assert float(handle.value) == last
-        else:
-            last, taken = float(number), taken + 1
-        assert field.value == last
-    assert taken > 20
-
-
 def test_whole_numbers_are_whole(rig):
     requests = rig.requests
     changes = []
-    field = OperatorsNumber(requests, "line", 1, least=1, is_whole=True, on_change=changes.append)
+    field = requests.number("line", 1, least=1, is_whole=True, on_change=changes.append)
     for text in ("2.5", "0", "-1", "x"):
         rig.press("line", text)
         with pytest.raises(WrongNumberError, match="a whole number, at least 1"):
@@ -131,8 +109,8 @@ def test_what_is_driven_is_what_the_field_shows_or_nothing_and_that_is_told(rig,
     tabs(rig, tmp_path)
     rig.press("own")
     for label, button, place, least, most in FIELDS:
-        for number in range(200):
-            text = "".join(rng.choice(list(SIGNS), rng.integers(0, 7)))
+        drawn = ("".join(rng.choice(list(SIGNS), rng.integers(0, 7))) for _ in range(200))
+        for number, text in enumerate((*TYPED, *drawn)):
             # Pasted, or typed key by key.
             for end in [len(text)] if number % 2 else range(len(text) + 1):
                 field = rig.press(label, text[:end])
@@ -175,7 +153,7 @@ def test_a_speed_that_is_none_jogs_nothing_before_the_button_is_released(rig, tm
 def test_a_slider_shows_again_what_holds_and_the_number_and_the_bound_are_told(rig):
     requests, changes = rig.requests, []
     slider = rig.gui.add_slider("Override [%]", min=1, max=200, step=1, initial_value=100)
-    OperatorsInput(requests, slider, changes.append)
+    requests.field(slider, changes.append)
     for value, is_taken in ((500, False), (0, False), (200, True), (-1, False)):
         requests.refusal = ""
         rig.send(slider, value)

@@ -14,9 +14,8 @@ from std_srvs.srv import Trigger
 
 from testing.client import Probe
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.panel.inputs import OperatorsInput, add_buttons
 from tri_glide_kinematics.panel.link import LATEST_ONLY, NOBODY
-from tri_glide_kinematics.panel.operator_requests import RENEWALS
+from tri_glide_kinematics.panel.operators import RENEWALS
 
 pytestmark = pytest.mark.nodes
 
@@ -75,7 +74,7 @@ def test_stop_drops_what_was_wished_before_it(pages: TwoPages) -> None:
 
 def test_what_is_shown_in_an_input_outlasts_stop(pages: TwoPages) -> None:
     requests, done = pages.requests, pages.done
-    number = OperatorsInput(requests, pages.number, lambda value: done.append(f"number {value}"))
+    number = requests.field(pages.number, lambda value: done.append(f"number {value}"))
     pages.number.value = 3.0
     asyncio.run(number._take(pages.event(OPERATOR)))
     requests.wish(lambda: done.append("before"))
@@ -151,7 +150,7 @@ def test_a_page_that_answers_no_more_has_no_controls_until_it_presses_again(
 
 def test_an_input_goes_back_if_its_page_only_looks_on(pages: TwoPages) -> None:
     taken: list[float] = []
-    number = OperatorsInput(pages.requests, pages.number, taken.append)
+    number = pages.requests.field(pages.number, taken.append)
     for page, value in ((OPERATOR, 2.0), (OTHER, 7.0)):
         pages.number.value = value
         asyncio.run(number._take(pages.event(page)))
@@ -178,7 +177,7 @@ def test_an_ik_node_that_was_started_anew_is_another_one(pages: TwoPages, contex
 def test_a_choice_that_is_none_is_not_taken(rig: PanelRig) -> None:
     taken: list[str] = []
     actions = {each: partial(taken.append, each) for each in ("save", "load")}
-    add_buttons(rig.requests, "choice", actions, of_any_page=("load",))
+    rig.requests.buttons("choice", actions, of_any_page=("load",))
     group = rig.handle("choice")
     for value in ("save", "x" * 1000, "load"):
         rig.send(group, value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from panel_rig import FACTS
 
-from tri_glide_kinematics.panel.inputs import ScaleSlider
+from tri_glide_kinematics.panel.operator_requests import ScaleSlider
 
 pytestmark = pytest.mark.nodes
 

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
@@ -40,11 +40,9 @@ from tri_glide_kinematics.demo.client import (
     ros_that_ctrl_c_ends,
 )
 from tri_glide_kinematics.demo.running import (
-    demo_parser,
     in_millimetres,
     node_arguments,
-    parameter_arguments,
-    run_command,
+    run_demo,
     save_page,
     say,
 )
@@ -56,6 +54,7 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.quiver import Quiver
 
 ANSWER_TIMEOUT = 60.0  # s; a probe answers when it is back
 # The longest arrow of the picture, as a part of the radius.
@@ -215,49 +214,43 @@ def measure_distances(client: CalibrationClient, rng: np.random.Generator) -> No
 WITHIN = 4.0
 # By so much the sliders may be off that follow their commands, and the encoders that round [m].
 SERVO = 3e-6
+FOOTNOTE = "* without the shift in x and y and the turn about z that no such data can tell"
 
 
-@dataclass(frozen=True, eq=False)
-class Verdict:
-    """Errors before and after, and what was predicted.
+class Errors(NamedTuple):
+    """Errors of the platform's position at some targets.
 
     Attributes:
-        before: Shape (n, 3) [m].
-        after: Shape (n, 3) [m].
-        in_itself: after, without the shift in x and y and the turn about z that fit best.
-            Shape (n, 3) [m].
-        predicted: standard deviations of ``after``. Shape (n, 3) [m].
-        predicted_in_itself: of ``in_itself``. Shape (n, 3) [m].
+        name: of them.
+        values: Shape (n, 3) [m].
+        predicted: standard deviations; None if none were. Shape (n, 3) [m].
     """
 
-    before: FloatArray
-    after: FloatArray
-    in_itself: FloatArray
-    predicted: FloatArray
-    predicted_in_itself: FloatArray
-
-    @classmethod
-    def of(cls, before: Judged, after: Judged, calibration: Calibration) -> Verdict:
-        """Compare what was reached at the same targets before and after a ``calibration``."""
-        return cls(
-            before.errors,
-            after.errors,
-            without_plane_motion(after),
-            calibration.position_uncertainties(after.targets),
-            calibration.position_uncertainties(after.targets, aligned=True),
-        )
+    name: str
+    values: FloatArray
+    predicted: FloatArray | None = None
 
     @property
     def is_good(self) -> bool:
-        """Whether all errors are as small as predicted."""
-        pairs = (
-            (self.after, self.predicted),
-            (self.in_itself, self.predicted_in_itself),
-        )
-        return all(
-            bool((np.abs(errors) <= WITHIN * deviations + SERVO).all())
-            for errors, deviations in pairs
-        )
+        """Whether all are as small as predicted."""
+        if self.predicted is None:
+            return True
+        return bool((np.abs(self.values) <= WITHIN * self.predicted + SERVO).all())
+
+
+def verdict_of(before: Judged, after: Judged, calibration: Calibration) -> list[Errors]:
+    """Return what a ``calibration`` has changed for the same targets.
+
+    The last errors are without the shift in x and y and the turn about z that fit best.
+    """
+    predicted, aligned = (
+        calibration.position_uncertainties(after.targets, aligned=each) for each in (False, True)
+    )
+    return [
+        Errors("before", before.errors),
+        Errors("after", after.errors, predicted),
+        Errors("after, in itself*", without_plane_motion(after), aligned),
+    ]
 
 
 def without_plane_motion(judged: Judged) -> FloatArray:
@@ -268,21 +261,18 @@ def without_plane_motion(judged: Judged) -> FloatArray:
     return (errors - basis @ motion).reshape(-1, 3)
 
 
-def table(verdict: Verdict) -> str:
+def table(verdict: Sequence[Errors]) -> str:
     """Return the largest errors in each direction as a table."""
-    columns = (
-        ("before", verdict.before),
-        ("after", verdict.after),
-        ("predicted (1 sd)", verdict.predicted),
-        ("after, in itself *", verdict.in_itself),
-        ("predicted (1 sd)", verdict.predicted_in_itself),
-    )
+    columns: list[tuple[str, FloatArray]] = []
+    for name, values, predicted in verdict:
+        columns.append((name, values))
+        if predicted is not None:
+            columns.append(("predicted (1 sd)", predicted))
     lines = ["largest error [µm]" + "".join(f"{name:>20}" for name, _ in columns)]
     for axis, letter in enumerate("xyz"):
         numbers = (1e6 * float(np.abs(values[:, axis]).max()) for _, values in columns)
         lines.append(f"{letter:18}" + "".join(f"{number:20.1f}" for number in numbers))
-    lines.append("* without the shift in x and y and the turn about z that no such data can tell")
-    return "\n".join(lines)
+    return "\n".join((*lines, FOOTNOTE))
 
 
 NOMINAL = MachineParameters(DEFAULT_GEOMETRY)
@@ -306,49 +296,39 @@ CONTACT_DELAY = 0.001
 FEWEST, MOST = 7, 13
 
 
-def verdict_figure(targets: FloatArray, verdict: Verdict, radius: float) -> Figure:
+def verdict_figure(targets: FloatArray, verdict: Sequence[Errors], radius: float) -> Figure:
     """Return a page with the errors at the ``targets``, shape (n, 3), within a ``radius`` [m]."""
     # Drawing is imported late: it takes as long as starting the nodes.
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13.0, 8.5), layout="constrained")
     grid = figure.add_gridspec(2, 3, height_ratios=(1.5, 1.0))
-    maps = (
-        ("before", verdict.before),
-        ("after", verdict.after),
-        ("after, in itself*", verdict.in_itself),
-    )
-    largest = max(float(np.linalg.norm(errors[:, :2], axis=1).max()) for _, errors in maps)
-    for column, (name, errors) in enumerate(maps):
-        _draw_arrows(figure.add_subplot(grid[0, column]), targets, errors, radius, largest, name)
+    # One scale of arrows for all maps.
+    largest = max(float(np.linalg.norm(each.values[:, :2], axis=1).max()) for each in verdict)
+    for column, errors in enumerate(verdict):
+        axes = figure.add_subplot(grid[0, column])
+        arrows = _draw_arrows(axes, targets, errors, radius, ARROW * radius / largest)
+        if column == 0:
+            axes.quiverkey(arrows, 0.25, 0.94, ARROW * radius / largest, "1 mm", labelpos="E")
     bars = None
-    for axis, letter in enumerate("xyz"):
+    for axis in range(3):
         bars = figure.add_subplot(grid[1, axis], sharey=bars)
-        _draw_bars(bars, verdict, axis, letter)
+        _draw_bars(bars, verdict, axis)
     figure.suptitle("Position error of the platform")
-    figure.supxlabel(
-        "* without the shift in x and y and the turn about z that no such data can tell", fontsize=9
-    )
+    figure.supxlabel(FOOTNOTE, fontsize=9)
     return figure
 
 
 def _draw_arrows(
-    axes: Axes, targets: FloatArray, errors: FloatArray, radius: float, largest: float, name: str
-) -> None:
-    """Draw errors in x and y as arrows, and write those in z beside them. Shapes (n, 3) [m].
-
-    The ``largest`` error in x and y of all maps gives them one scale [m].
-    """
-    x, y = 1e3 * targets[:, 0], 1e3 * targets[:, 1]
-    length = 1e3 * radius * ARROW / largest
+    axes: Axes, targets: FloatArray, errors: Errors, radius: float, scale: float
+) -> Quiver:
+    """Draw errors in x and y as arrows, ``scale`` times as large, and write those in z."""
+    x, y = 1e3 * targets[:, :2].T
+    along_x, along_y = 1e3 * scale * errors.values[:, :2].T
     style: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": 1.0, "width": 0.008}
-    arrows = axes.quiver(
-        x, y, length * errors[:, 0], length * errors[:, 1], color="tab:red", **style
-    )
-    if name == "before":
-        axes.quiverkey(arrows, 0.25, 0.94, 1e-3 * length, "1 mm", labelpos="E")
+    arrows = axes.quiver(x, y, along_x, along_y, color="tab:red", **style)
     axes.scatter(x, y, s=12, color="black", zorder=3)
-    for place_x, place_y, error in zip(x, y, errors[:, 2]):
+    for place_x, place_y, error in zip(x, y, errors.values[:, 2]):
         text = f"z {1e6 * error:+.3g}"
         axes.annotate(
             text, (place_x, place_y), (0, -12), textcoords="offset points", ha="center", fontsize=8
@@ -356,18 +336,14 @@ def _draw_arrows(
     reach = 1e3 * radius * 1.35
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="x [mm]", ylabel="y [mm]")
     axes.set_aspect("equal")
-    longest = 1e6 * float(np.linalg.norm(errors[:, :2], axis=1).max())
-    axes.set_title(f"{name}\nlongest arrow {longest:.0f} µm; z in µm")
+    longest = 1e6 * float(np.linalg.norm(errors.values[:, :2], axis=1).max())
+    axes.set_title(f"{errors.name}\nlongest arrow {longest:.0f} µm; z in µm")
+    return arrows
 
 
-def _draw_bars(axes: Axes, verdict: Verdict, axis: int, letter: str) -> None:
+def _draw_bars(axes: Axes, verdict: Sequence[Errors], axis: int) -> None:
     """Draw the largest errors and what was predicted, on a scale of powers of ten."""
-    pairs = (
-        ("before", verdict.before, None),
-        ("after", verdict.after, verdict.predicted),
-        ("after,\nin itself*", verdict.in_itself, verdict.predicted_in_itself),
-    )
-    for place, (_, errors, predicted) in enumerate(pairs):
+    for place, (_, errors, predicted) in enumerate(verdict):
         height = 1e6 * float(np.abs(errors[:, axis]).max())
         axes.bar(place, height, color="tab:blue", width=0.6)
         axes.text(place, height, f"{height:.3g}", ha="center", va="bottom", fontsize=9)
@@ -377,30 +353,26 @@ def _draw_bars(axes: Axes, verdict: Verdict, axis: int, letter: str) -> None:
     axes.plot([], [], color="tab:orange", linewidth=2.5, label="2 predicted standard deviations")
     axes.set_yscale("log")
     axes.margins(y=0.25)
-    axes.set_xticks(range(len(pairs)), [name for name, _, _ in pairs])
+    axes.set_xticks(range(len(verdict)), [each.name.replace(", ", ",\n") for each in verdict])
     axes.set_ylabel("µm")
-    axes.set_title(f"largest error in {letter}")
+    axes.set_title(f"largest error in {'xyz'[axis]}")
     if axis == 0:
         axes.legend(fontsize=8)
 
 
-def demonstrate(folder: Path, seed: int, touches: int) -> int:
+def demonstrate(output: Path, seed: int, touches: int) -> int:
     """Start the nodes, calibrate, judge, and return the exit code."""
-    folder.mkdir(parents=True, exist_ok=True)
-    truth = wrong_machine(seed)
-    save_parameters(folder / TRUTH, truth)
-
-    def arguments(*files: Path) -> list[str]:
-        return [*node_arguments(*files), "-p", f"twist_timeout:={TWIST_TIMEOUT}"]
-
+    output.mkdir(parents=True, exist_ok=True)
+    save_parameters(output / TRUTH, wrong_machine(seed))
+    patient = {"twist_timeout": TWIST_TIMEOUT}
+    plate = {**patient, "plate_height": PLATE}
     say(f"a machine that is wrong by {USUAL_ERRORS}")
     with NodeProcesses() as processes:
         say("starting simulator_node with that machine, the other nodes with its drawing")
-        plate = ["-p", f"plate_height:={PLATE}"]
-        files = ["-p", f"folder:={folder.resolve()}"]
-        processes.start("simulator_node", [*arguments(folder / TRUTH), *plate])
-        processes.start("calibration_node", [*arguments(), *plate, *files, *_assumed()])
-        believing = processes.start("ik_node", arguments())
+        processes.start("simulator_node", node_arguments(plate, output / TRUTH))
+        session = {"folder": output.resolve(), "contact_delay": CONTACT_DELAY, **_assumed()}
+        processes.start("calibration_node", node_arguments({**plate, **session}))
+        believing = processes.start("ik_node", node_arguments(patient))
         with ros_that_ctrl_c_ends():
             client = CalibrationClient()
             client.wait_for_machine()
@@ -408,7 +380,7 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
             before = judge(client)
             probe(client, touches, NOMINAL)
             measure_distances(client, np.random.default_rng(seed))
-            measurements, calibrated = (folder / name for name in (MEASUREMENTS, CALIBRATED))
+            measurements, calibrated = (output / name for name in (MEASUREMENTS, CALIBRATED))
             client.ask(SaveMeasurements, "save", SaveMeasurements.Request(file=MEASUREMENTS))
             request = SolveCalibration.Request(parameter_file=CALIBRATED)
             client.ask(SolveCalibration, "solve", request)
@@ -416,48 +388,39 @@ def demonstrate(folder: Path, seed: int, touches: int) -> int:
             believing.send_signal(signal.SIGINT)
             believing.wait()
             client.wait_until_gone()
-            processes.start("ik_node", arguments(calibrated))
+            processes.start("ik_node", node_arguments(patient, calibrated))
             client.wait_for_machine()
             after = judge(client)
     calibration = solved(load_measurements(measurements))
-    verdict = Verdict.of(before, after, calibration)
+    verdict = verdict_of(before, after, calibration)
     print(f"\n{report(calibration)}\n\n{table(verdict)}\n")
-    save_page(folder, "calibration_demo", verdict_figure(after.targets, verdict, RADIUS))
+    save_page(output, "calibration_demo", verdict_figure(after.targets, verdict, RADIUS))
     say(f"measurements: {measurements}; to look at them: calibrate {measurements}")
-    say("as right as predicted" if verdict.is_good else "FAILED: not as right as predicted")
-    return 0 if verdict.is_good else 1
+    good = all(errors.is_good for errors in verdict)
+    say("as right as predicted" if good else "FAILED: not as right as predicted")
+    return 0 if good else 1
 
 
-def _assumed() -> list[str]:
-    """Return the parameters that say how wrong the machine may be, and how late its switch is."""
-    values = {
-        "prior_anchors": USUAL_ERRORS.anchors,
-        "prior_arm_lengths": USUAL_ERRORS.arm_lengths,
-        "prior_height_offsets": USUAL_ERRORS.height_offsets,
-        "prior_common_radius": USUAL_ERRORS.common_radius,
-        "prior_common_arm_length": USUAL_ERRORS.common_arm_length,
-        "contact_delay": CONTACT_DELAY,
-    }
-    return parameter_arguments(values)
+def _assumed() -> dict[str, float]:
+    """Return the parameters that say how wrong the machine may be."""
+    names = "anchors", "arm_lengths", "height_offsets", "common_radius", "common_arm_length"
+    return {f"prior_{name}": getattr(USUAL_ERRORS, name) for name in names}
 
 
 def main() -> int:
     """Run the demonstration from the command line."""
-    parser = demo_parser("calibration_demo", __doc__)
-    parser.add_argument(
-        "--seed", type=int, default=1, help="which of many wrong machines (default: 1)"
-    )
-    parser.add_argument(
-        "--touches",
-        type=int,
-        choices=range(FEWEST, MOST + 1),
-        default=MOST,
-        metavar="N",
-        help=f"how many places are probed, {FEWEST} to {MOST} (default: {MOST})",
-    )
-    options = parser.parse_args()
-    return run_command(
-        "calibration_demo", lambda: demonstrate(options.output, options.seed, options.touches)
+    return run_demo(
+        "calibration_demo",
+        __doc__,
+        demonstrate,
+        seed={"type": int, "default": 1, "help": "which of many wrong machines (default: 1)"},
+        touches={
+            "type": int,
+            "choices": range(FEWEST, MOST + 1),
+            "default": MOST,
+            "metavar": "N",
+            "help": f"how many places are probed, {FEWEST} to {MOST} (default: {MOST})",
+        },
     )
 
 

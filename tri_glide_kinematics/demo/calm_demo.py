@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from geometry_msgs.msg import PoseStamped
 from rclpy.parameter import Parameter
-from rclpy.time import Time
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
@@ -29,15 +28,9 @@ from tri_glide_kinematics.demo.client import (
     DemoError,
     DemoNode,
     running_nodes,
+    seconds,
 )
-from tri_glide_kinematics.demo.running import (
-    demo_parser,
-    node_arguments,
-    parameter_arguments,
-    run_command,
-    save_page,
-    say,
-)
+from tri_glide_kinematics.demo.running import run_demo, save_page, say
 from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.vectors import FloatArray, Vector3
@@ -158,8 +151,8 @@ class CalmClient(DemoNode):
         super().__init__("tri_glide_calm_demo")
         self._heights: list[Vector3] = []
         self._places: list[Vector3] = []
-        # Stamps of the newest setpoint and of the newest place [ns].
-        self._heard = (0, 0)
+        # Stamps of the newest setpoint and of the newest place [s].
+        self._heard = {"setpoint": 0.0, "place": 0.0}
         self.create_subscription(JointState, "joint_commands", self._on_command, DEEP_QUEUE)
         self.create_subscription(PoseStamped, "true_pose", self._on_pose, DEEP_QUEUE)
         self._stop = self.calls.create_client(Trigger, "ik_node/stop")
@@ -175,11 +168,7 @@ class CalmClient(DemoNode):
         Raises:
             DemoError: if it refuses.
         """
-        values = {
-            "shaper": shaper,
-            "mode_frequencies": [FREQUENCY],
-            "mode_dampings": [DAMPING],
-        }
+        values = {"shaper": shaper, "mode_frequencies": [FREQUENCY], "mode_dampings": [DAMPING]}
         answer = self.ik_parameters.set_parameters_atomically(
             [Parameter(name, value=value) for name, value in values.items()]
         )
@@ -214,9 +203,10 @@ class CalmClient(DemoNode):
     def _wait_until_faded(self) -> None:
         """Wait until the setpoints rest, and the platform, too."""
         # Recorded messages may have waited in a queue for longer than the end of a goal.
-        self._heard = (0, 0)
-        now = self.get_clock().now().nanoseconds
-        self.wait_for(lambda: min(self._heard) > now, MOVE_TIMEOUT, "listening to all setpoints")
+        now = seconds(self.get_clock().now().to_msg())
+        self.wait_for(
+            lambda: min(self._heard.values()) > now, MOVE_TIMEOUT, "listening to all setpoints"
+        )
         count = len(self._places) + FADED_POSES
 
         def has_faded() -> bool:
@@ -232,11 +222,11 @@ class CalmClient(DemoNode):
     def _on_command(self, message: JointState) -> None:
         h1, h2, h3 = message.position
         self._heights.append((h1, h2, h3))
-        self._heard = (Time.from_msg(message.header.stamp).nanoseconds, self._heard[1])
+        self._heard["setpoint"] = seconds(message.header.stamp)
 
     def _on_pose(self, message: PoseStamped) -> None:
         self._places.append(vector_of(message.pose.position))
-        self._heard = (self._heard[0], Time.from_msg(message.header.stamp).nanoseconds)
+        self._heard["place"] = seconds(message.header.stamp)
 
 
 def drive(client: CalmClient, shapers: Sequence[str] = SHAPERS) -> list[Swing]:
@@ -309,20 +299,19 @@ def swing_figure(swings: Sequence[Swing], close: float) -> Figure:
     return figure
 
 
-def demonstrate(folder: Path) -> int:
+def demonstrate(output: Path) -> int:
     """Start the nodes, drive, judge, and return the exit code."""
-    arguments = [*node_arguments(), "-p", f"rate:={1.0 / PERIOD}"]
+    rate = {"rate": 1.0 / PERIOD}
     swinging = {
         "swing_frequencies": [FREQUENCY] * 3,
         "swing_dampings": [DAMPING],
         "setpoint_period": PERIOD,
     }
     say(f"starting a machine that swings at {FREQUENCY:g} Hz, damping {DAMPING:g}")
-    simulator = [*arguments, *parameter_arguments(swinging)]
-    with running_nodes({"simulator_node": simulator, "ik_node": arguments}):
+    with running_nodes({"simulator_node": {**rate, **swinging}, "ik_node": rate}):
         swings = drive(CalmClient())
     print(f"\n{table(swings)}\n")
-    save_page(folder, "calm_demo", swing_figure(swings, CLOSE))
+    save_page(output, "calm_demo", swing_figure(swings, CLOSE))
     good = is_calm(swings)
     say("calm, and sooner there" if good else "FAILED: see the table")
     return 0 if good else 1
@@ -330,8 +319,7 @@ def demonstrate(folder: Path) -> int:
 
 def main() -> int:
     """Run the demonstration from the command line."""
-    folder = demo_parser("calm_demo", __doc__).parse_args().output
-    return run_command("calm_demo", lambda: demonstrate(folder))
+    return run_demo("calm_demo", __doc__, demonstrate)
 
 
 if __name__ == "__main__":

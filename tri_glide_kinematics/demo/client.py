@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any
 
 import rclpy
 from rclpy.node import Node
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile
+from rclpy.time import Time
 from rclpy.utilities import ok
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.demo.running import NAMESPACE
+from tri_glide_kinematics.demo.running import NAMESPACE, node_arguments
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.panel.link import NAMES, MachineFacts
@@ -35,6 +37,11 @@ LOOK_PERIOD = 0.01  # s between two looks at what is waited for, and at goals an
 
 class DemoError(KinematicsError):
     """The demonstration cannot go on; the text says why."""
+
+
+def seconds(stamp: Any) -> float:
+    """Return the time of a stamp [s]."""
+    return 1e-9 * Time.from_msg(stamp).nanoseconds
 
 
 class DemoNode(Node):
@@ -153,10 +160,10 @@ def ros_that_ctrl_c_ends() -> Iterator[None]:
 
 
 @contextmanager
-def running_nodes(nodes: Mapping[str, Sequence[str]]) -> Iterator[NodeProcesses]:
-    """Run nodes with these arguments, by their names, and use rclpy beside them."""
+def running_nodes(nodes: Mapping[str, Mapping[str, object]]) -> Iterator[NodeProcesses]:
+    """Run nodes with these values of parameters, by their names, and use rclpy beside them."""
     with NodeProcesses() as processes:
-        for name, arguments in nodes.items():
-            processes.start(name, arguments)
+        for name, values in nodes.items():
+            processes.start(name, node_arguments(values))
         with ros_that_ctrl_c_ends():
             yield processes

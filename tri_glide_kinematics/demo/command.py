@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,14 +22,7 @@ from tri_glide_kinematics.demo.client import (
     DemoNode,
     running_nodes,
 )
-from tri_glide_kinematics.demo.running import (
-    demo_parser,
-    in_millimetres,
-    node_arguments,
-    run_command,
-    save_page,
-    say,
-)
+from tri_glide_kinematics.demo.running import in_millimetres, run_demo, save_page, say
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.limit_use import LIMIT_TOLERANCE, CommandStream, LimitUse
 from tri_glide_kinematics.motion.limits import QUANTITIES, SliderLimits
@@ -39,7 +32,7 @@ from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.figures import Span
+    from matplotlib.figure import Figure
 
 
 # The node of the demonstration, as a user would write it: it sends targets and listens.
@@ -126,21 +119,24 @@ class DemoClient(DemoNode):
         message.header.stamp = self.get_clock().now().to_msg()
         position = message.pose.position
         position.x, position.y, position.z = target
-        self._catch_up()
-        begin, first = time.monotonic(), len(self.commands)
-        self._pose_target.publish(message)
 
-        def has_settled() -> bool:
-            newest = np.array(self.path[-SETTLED_POSES:])
-            return bool(
-                len(self.commands) > first + SETTLED_POSES
-                and self.is_at_rest()
-                and np.ptp(newest, axis=0).max() < SETTLED
-                and np.linalg.norm(newest[-1] - target) < TOLERANCE
-            )
+        def drive() -> Vector3:
+            first = len(self.commands)
+            self._pose_target.publish(message)
 
-        self.wait_for(has_settled, MOVE_TIMEOUT, f"reaching {name}")
-        return Leg(name, target, self.path[-1], time.monotonic() - begin, first, len(self.commands))
+            def has_settled() -> bool:
+                newest = np.array(self.path[-SETTLED_POSES:])
+                return bool(
+                    len(self.commands) > first + SETTLED_POSES
+                    and self.is_at_rest()
+                    and np.ptp(newest, axis=0).max() < SETTLED
+                    and np.linalg.norm(newest[-1] - target) < TOLERANCE
+                )
+
+            self.wait_for(has_settled, MOVE_TIMEOUT, f"reaching {name}")
+            return self.path[-1]
+
+        return self._leg(name, target, drive)
 
     def drive_path(
         self, name: str, start: Vector3, segments: FlatPath, joints: tuple[str, ...]
@@ -154,21 +150,24 @@ class DemoClient(DemoNode):
             DemoError: if it tells of another end than success.
         """
         path = at_once(segments.path_from(start))
+
+        def drive() -> Vector3:
+            goal = self.goals.follow(segments)
+            self.wait_for_goal(goal, f"driving {name}")
+            self._catch_up()
+            return vector_of(goal.result.position)
+
+        leg = self._leg(name, path.end, drive)
+        setpoints = MACHINE.forward_batch(self._heights(joints)[leg.first :])
+        deviation = _largest_distance(setpoints, path)
+        return replace(leg, deviation=deviation, tolerance=float(segments.tolerances.max()))
+
+    def _leg(self, name: str, target: Vector3 | None, drive: Callable[[], Vector3]) -> Leg:
+        """Return the leg to a ``target`` [m]; ``drive`` returns what was reached [m]."""
         self._catch_up()
         begin, first = time.monotonic(), len(self.commands)
-        goal = self.goals.follow(segments)
-        self.wait_for_goal(goal, f"driving {name}")
-        self._catch_up()
-        return Leg(
-            name,
-            path.end,
-            vector_of(goal.result.position),
-            time.monotonic() - begin,
-            first,
-            len(self.commands),
-            _largest_distance(MACHINE.forward_batch(self._heights(joints)[first:]), path),
-            float(segments.tolerances.max()),
-        )
+        reached = drive()
+        return Leg(name, target, reached, time.monotonic() - begin, first, len(self.commands))
 
     def _catch_up(self) -> None:
         """Wait for a command of this moment: those before it may still be in a queue."""
@@ -185,15 +184,18 @@ class DemoClient(DemoNode):
         message.header.frame_id = frame
         linear = message.twist.linear
         linear.x, linear.y, linear.z = velocity
-        self._catch_up()
-        begin, first = time.monotonic(), len(self.commands)
-        while time.monotonic() - begin < duration:
-            message.header.stamp = self.get_clock().now().to_msg()
-            self._twist_target.publish(message)
-            self.spin_for(JOG_PERIOD)
-        self._catch_up()
-        self.wait_for(self.is_at_rest, MOVE_TIMEOUT, "stopping after the jog")
-        return Leg("jog", None, self.path[-1], time.monotonic() - begin, first, len(self.commands))
+
+        def drive() -> Vector3:
+            end = time.monotonic() + duration
+            while time.monotonic() < end:
+                message.header.stamp = self.get_clock().now().to_msg()
+                self._twist_target.publish(message)
+                self.spin_for(JOG_PERIOD)
+            self._catch_up()
+            self.wait_for(self.is_at_rest, MOVE_TIMEOUT, "stopping after the jog")
+            return self.path[-1]
+
+        return self._leg("jog", None, drive)
 
     def _heights(self, joints: tuple[str, ...]) -> list[list[float]]:
         """Return the heights of all commands so far, in the order of ``joints`` [m]."""
@@ -326,19 +328,12 @@ def _line(leg: Leg, use: LimitUse, limits: SliderLimits) -> str:
     return line
 
 
-def save_picture(
-    folder: Path,
-    legs: Sequence[Leg],
-    path: FloatArray,
-    stream: CommandStream,
-    facts: MachineFacts,
-) -> Path:
-    """Draw the motion and return the path of the picture; its ``folder`` is made if there is none.
-
-    The ``path`` has the measured positions of the platform. Shape (m, 3) [m].
-    """
+def picture(
+    legs: Sequence[Leg], path: FloatArray, stream: CommandStream, facts: MachineFacts
+) -> Figure:
+    """Return a page with the motion; the ``path`` was measured. Shape (m, 3) [m]."""
     # Drawing is imported late: it takes as long as starting the nodes.
-    from tri_glide_kinematics.figures import Mark, motion_figure
+    from tri_glide_kinematics.figures import Mark, Span, motion_figure
 
     marks, spans = [], []
     for before, leg in zip((None, *legs), legs):
@@ -349,24 +344,16 @@ def save_picture(
                 marks.append(Mark(f"{leg.name} starts", before.reached, START_STYLE))
             marks.append(Mark(f"{leg.name} ends", leg.reached, END_STYLE))
         if leg.target is None or leg.tolerance:
-            spans.append(_span(leg, stream))
-    figure = motion_figure(stream, path, facts.limits, facts.travel, marks, spans)
-    return save_page(folder, "demo", figure)
+            begin, *_, end = stream.times[leg.first : leg.end].tolist()
+            spans.append(Span(leg.name, begin, end))
+    return motion_figure(stream, path, facts.limits, facts.travel, marks, spans)
 
 
-def _span(leg: Leg, stream: CommandStream) -> Span:
-    from tri_glide_kinematics.figures import Span
-
-    last = min(leg.end, len(stream.times)) - 1
-    return Span(leg.name, float(stream.times[leg.first]), float(stream.times[last]))
-
-
-def demonstrate(folder: Path) -> int:
+def demonstrate(output: Path) -> int:
     """Start the nodes, drive, and return the exit code."""
     legs: list[Leg] = []
-    names = "simulator_node", "ik_node", "fk_node"
     say("starting simulator_node, ik_node and fk_node as processes")
-    with running_nodes({name: node_arguments() for name in names}):
+    with running_nodes({"simulator_node": {}, "ik_node": {}, "fk_node": {}}):
         client = DemoClient()
         facts = drive(client, legs)
         stream, lost = client.stream(facts)
@@ -375,15 +362,14 @@ def demonstrate(folder: Path) -> int:
     if lost.any():
         say(f"{lost.sum()} gaps in the stream of commands are not judged: this computer is busy")
     good = lost.mean() < MOST_LOST and all(is_good(leg, use, TOLERANCE) for leg in legs)
-    save_picture(folder, legs, np.array(client.path), stream, facts)
+    save_page(output, "demo", picture(legs, np.array(client.path), stream, facts))
     say("every target reached, no limit broken" if good else "FAILED: see the table")
     return 0 if good else 1
 
 
 def main() -> int:
     """Run the demonstration from the command line."""
-    folder = demo_parser("demo", __doc__).parse_args().output
-    return run_command("demo", lambda: demonstrate(folder))
+    return run_demo("demo", __doc__, demonstrate)
 
 
 if __name__ == "__main__":

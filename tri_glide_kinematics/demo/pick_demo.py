@@ -8,39 +8,30 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rclpy.action import ActionClient
-from rclpy.time import Time
 
 from tri_glide_interfaces.action import Pick
-from tri_glide_interfaces.msg import MachineState, PartEvent, PickState
+from tri_glide_interfaces.msg import PartEvent, PickState
 from tri_glide_kinematics.demo.client import (
     DEEP_QUEUE,
     MOVE_TIMEOUT,
-    START_TIMEOUT,
     DemoError,
     DemoNode,
-    ros_that_ctrl_c_ends,
+    running_nodes,
+    seconds,
 )
-from tri_glide_kinematics.demo.running import (
-    demo_parser,
-    node_arguments,
-    parameter_arguments,
-    run_command,
-    say,
-)
+from tri_glide_kinematics.demo.running import run_demo, save_page, say
 from tri_glide_kinematics.picking import PartOutcome
-from tri_glide_kinematics.picture_commands import save_figure
 from tri_glide_kinematics.ros.goal_sender import SentGoal
 from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.ros.outputs import LATCHED
-from tri_glide_kinematics.ros.starting import NodeProcesses
 from tri_glide_kinematics.vectors import FloatArray, Vector3
 
 if TYPE_CHECKING:
@@ -89,11 +80,6 @@ PICKS = {
 }
 
 
-def seconds(stamp: Any) -> float:
-    """Return the time of a stamp [s]."""
-    return 1e-9 * Time.from_msg(stamp).nanoseconds
-
-
 @dataclass(eq=False)
 class Record:
     """What was seen of a run.
@@ -133,25 +119,16 @@ class PickClient(DemoNode):
         """Join the machine of this demonstration, beside a belt with a ``speed`` [m/s]."""
         super().__init__("tri_glide_pick_demo")
         self.record = Record(speed)
-        self._state, self._seen = 0, 0
+        self._seen = 0
         self.create_subscription(PoseStamped, "true_pose", self._on_pose, DEEP_QUEUE)
         self.calls.create_subscription(Vector3Stamped, "true_grip_errors", self._on_grip, 10)
         self.calls.create_subscription(PartEvent, "pick_node/part_events", self._on_event, 10)
-        self.calls.create_subscription(
-            MachineState, "ik_node/machine_state", self._on_state, LATCHED
-        )
         self.calls.create_subscription(PickState, "pick_node/pick_state", self._on_parts, LATCHED)
         self._runs = ActionClient(self.calls, Pick, "pick_node/run")
 
     def pick(self, count: int) -> SentGoal:
         """Have so many parts placed, and return the goal that has ended."""
-        self.wait_for(
-            lambda: bool(
-                self._runs.server_is_ready() and self._state == MachineState.IDLE and self._seen
-            ),
-            START_TIMEOUT,
-            "starting the cell",
-        )
+        self.wait_for_machine(lambda: self._runs.server_is_ready() and self._seen)
         goals: list[SentGoal] = []
 
         def is_over() -> bool:
@@ -177,9 +154,6 @@ class PickClient(DemoNode):
 
     def _on_parts(self, message: PickState) -> None:
         self._seen = len(message.parts)
-
-    def _on_state(self, message: MachineState) -> None:
-        self._state = message.state
 
 
 def _is_refused(goal: SentGoal) -> bool:
@@ -250,29 +224,18 @@ def _draw_outcomes(axes: Axes, events: Sequence[PartEvent]) -> None:
     axes.grid(alpha=0.3)
 
 
-def save_picture(folder: Path, record: Record) -> Path:
-    """Save the page, and return the path of the picture; its ``folder`` is made if needed."""
-    folder.mkdir(parents=True, exist_ok=True)
-    picture = folder / "pick_demo.png"
-    save_figure(pick_figure(record), picture, 110)
-    return picture
-
-
-def demonstrate(folder: Path, count: int, speed: float) -> int:
+def demonstrate(output: Path, count: int, speed: float) -> int:
     """Start the nodes, pick, and return the exit code."""
-    nodes: dict[str, dict[str, object]] = {
+    say(f"starting a machine beside a belt at {speed:g} m/s")
+    nodes: dict[str, Mapping[str, object]] = {
         "simulator_node": {"lag": LAG},
         "ik_node": {"drive_delay": DELAY, "rate": RATE},
         "simulated_cell_node": {**CELL, "belt_speeds": [0.0, speed, 1.0]},
-        "pick_node": {**PICKS},
+        "pick_node": PICKS,
     }
-    with NodeProcesses() as processes:
-        say(f"starting a machine beside a belt at {speed:g} m/s")
-        for name, values in nodes.items():
-            processes.start(name, [*node_arguments(), *parameter_arguments(values)])
-        with ros_that_ctrl_c_ends():
-            client = PickClient(speed)
-            goal, record = client.pick(count), client.record
+    with running_nodes(nodes):
+        client = PickClient(speed)
+        goal, record = client.pick(count), client.record
     if not record.events:
         raise DemoError(goal.result.text)
     say(f"{counts(record)}; {record.rate:.1f} cycles a minute")
@@ -281,7 +244,7 @@ def demonstrate(folder: Path, count: int, speed: float) -> int:
         say(
             f"off at the grip: {1e3 * np.mean(off):.2f} mm on average, {1e3 * max(off):.2f} at most"
         )
-    say(f"picture: {save_picture(folder, record)}")
+    save_page(output, "pick_demo", pick_figure(record))
     if not goal.has_succeeded:
         say(f"FAILED: {goal.result.text}")
     return 0 if goal.has_succeeded else 1
@@ -289,14 +252,12 @@ def demonstrate(folder: Path, count: int, speed: float) -> int:
 
 def main() -> int:
     """Run the demonstration from the command line."""
-    parser = demo_parser("pick_demo", __doc__)
-    parser.add_argument("--count", type=int, default=12, help="parts to be placed (default: 12)")
-    parser.add_argument(
-        "--speed", type=float, default=SPEED, help=f"of the belt [m/s] (default: {SPEED:g})"
-    )
-    options = parser.parse_args()
-    return run_command(
-        "pick_demo", lambda: demonstrate(options.output, options.count, options.speed)
+    return run_demo(
+        "pick_demo",
+        __doc__,
+        demonstrate,
+        count={"type": int, "default": 12, "help": "parts to be placed (default: 12)"},
+        speed={"type": float, "default": SPEED, "help": f"of the belt [m/s] (default: {SPEED:g})"},
     )
 
 

@@ -8,7 +8,7 @@ import signal
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.picture_commands import save_figure
@@ -33,21 +33,15 @@ MORE_PATIENCE = (*PATIENCE, "-p", "tracking_error_limit:=0.3")
 NAMESPACE = f"/tri_glide_demo_{os.getpid()}"
 
 
-def demo_parser(name: str, description: str | None) -> argparse.ArgumentParser:
-    """Return what reads the command line of a demonstration."""
-    parser = argparse.ArgumentParser(prog=name, description=description)
-    parser.add_argument(
-        "--output", type=Path, default=Path("out"), help="folder of all files (default: out)"
-    )
-    return parser
+def node_arguments(values: Mapping[str, object], *files: Path) -> list[str]:
+    """Return the arguments of a node that is patient, with ``values`` of some parameters.
 
-
-def node_arguments(*files: Path) -> list[str]:
-    """Return the arguments of a node that is patient, and told of other parameter ``files``."""
+    The other ones are those of the default file, or of more ``files``.
+    """
     found = ["-r", f"__ns:={NAMESPACE}", "--log-level", "WARN"]
     for file in (default_parameter_file(), *files):
         found += ["--params-file", str(file)]
-    return [*found, *MORE_PATIENCE]
+    return [*found, *MORE_PATIENCE, *parameter_arguments(values)]
 
 
 def parameter_arguments(values: Mapping[str, object]) -> list[str]:
@@ -72,6 +66,26 @@ def say(text: str, name: str = "demo") -> None:
 def in_millimetres(vector: Vector3) -> str:
     """Return a vector [m] as text [mm]."""
     return "(" + ", ".join(f"{1000.0 * value:7.2f}" for value in vector) + ")"
+
+
+def run_demo(
+    name: str,
+    description: str | None,
+    demonstrate: Callable[..., int],
+    **options: dict[str, Any],
+) -> int:
+    """Run a demonstration from the command line, and return its exit code.
+
+    It gets the folder of all its files as ``output``, and the ``options`` of its own.
+    """
+    parser = argparse.ArgumentParser(prog=name, description=description)
+    parser.add_argument(
+        "--output", type=Path, default=Path("out"), help="folder of all files (default: out)"
+    )
+    for option, meaning in options.items():
+        parser.add_argument(f"--{option}", **meaning)
+    values = vars(parser.parse_args())
+    return run_command(name, lambda: demonstrate(**values))
 
 
 def run_command(name: str, demonstrate: Callable[[], int]) -> int:

@@ -45,36 +45,22 @@ def label_centres(
     Returns:
         Shape (n, 2).
     """
+    angles = 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    directions = np.column_stack((np.cos(angles), np.sin(angles)))
     centres: list[FloatArray] = []
     for index, (point, size) in enumerate(zip(points, sizes)):
-        others = np.delete(points, index, axis=0)
-        best, lowest = point, math.inf
-        for candidate, distance in _candidates(point, size):
-            half = size / 2.0 + margin
-            cost = float(_inside(np.vstack((line, others)), candidate, half).sum()) + distance
-            for other, other_size in zip(centres, sizes):
-                if (np.abs(candidate - other) < half + other_size / 2.0).all():
-                    cost += COVERED_LABEL
-            if cost < lowest:
-                best, lowest = candidate, cost
-        centres.append(best)
+        # From the point, past its distance, to the middle of the label; near places first.
+        ways = np.add.outer(np.multiply(DISTANCES, size[1]), np.abs(directions) @ size / 2.0)
+        places = (point + ways[..., np.newaxis] * directions).reshape(-1, 2)
+        others = np.vstack((line, np.delete(points, index, axis=0)))
+        apart = np.abs(places[:, np.newaxis] - others)
+        costs = (apart < size / 2.0 + margin).all(axis=2).sum(axis=1)
+        costs = costs + np.repeat(DISTANCES, DIRECTIONS)
+        for centre, other_size in zip(centres, sizes):
+            apart = np.abs(places - centre)
+            costs[(apart < (size + other_size) / 2.0 + margin).all(axis=1)] += COVERED_LABEL
+        centres.append(places[costs.argmin()])
     return np.array(centres).reshape(-1, 2)
-
-
-def _candidates(point: FloatArray, size: FloatArray) -> Sequence[tuple[FloatArray, float]]:
-    """Return places for a label around its point, near ones first."""
-    found = []
-    for distance in DISTANCES:
-        for angle in 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS:
-            direction = np.array((math.cos(angle), math.sin(angle)))
-            # From the point, past its distance, to the middle of the label.
-            way = distance * size[1] + np.abs(direction) @ size / 2.0
-            found.append((point + way * direction, distance))
-    return found
-
-
-def _inside(points: FloatArray, centre: FloatArray, half: FloatArray) -> FloatArray:
-    return np.asarray((np.abs(points - centre) < half).all(axis=1))
 
 
 class Mark(NamedTuple):

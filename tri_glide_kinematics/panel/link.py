@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -31,15 +31,13 @@ from visualization_msgs.msg import Marker, MarkerArray
 from tri_glide_interfaces.msg import MachineState, MotionState, PickState
 from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.control import in_teach_mode
-from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.limits import SliderLimits, SliderState
-from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.motion.shaping import Shaping
-from tri_glide_kinematics.panel.words import MachineStatus, place_text
+from tri_glide_kinematics.panel.words import MachineStatus
 from tri_glide_kinematics.ros.cdr import STAMP_END, STAMP_OFFSET, byte_order
-from tri_glide_kinematics.ros.goal_sender import ProgramLink, SentGoal
+from tri_glide_kinematics.ros.goal_sender import ProgramLink
 from tri_glide_kinematics.ros.loop import UrgentInputs
-from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS, vector_of
+from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 from tri_glide_kinematics.ros.outputs import (
     DRIVEN,
     LATCHED,
@@ -179,7 +177,6 @@ class MachineLink:
         programs: runs them, and sends all other goals.
         on_refusal: gets what is not done, and why.
         on_resume: is asked first whether something goes on by itself when ``resume`` is pressed.
-        asked: the place that was asked for last, None if it was a path [m].
     """
 
     def __init__(self, node: Node) -> None:
@@ -197,8 +194,6 @@ class MachineLink:
         self.programs = ProgramLink(node)
         self.server = self.programs.server
         self.on_resume: Callable[[], bool] = lambda: False
-        self.asked: Vector3 | None = None
-        self._goal: SentGoal | None = None
 
     @property
     def identity(self) -> Identity:
@@ -229,27 +224,6 @@ class MachineLink:
         """Switch the teach mode ``on`` or off."""
         self._call("teach mode", self._teach_mode, SetBool.Request(data=on))
 
-    def move_to(self, position: Vector3, speed: float = 0.0) -> SentGoal:
-        """Go to a position [m]; with a ``speed`` [m/s] straight, and no faster than that."""
-        self.asked = position
-        return self._sent(self.programs.move_to(position, speed=speed))
-
-    def follow(self, points: Sequence[Vector3], tolerance: float, speed: float) -> SentGoal:
-        """Go through some points [m], at their corners within a ``tolerance`` [m].
-
-        Raises:
-            KinematicsError: if this is no path.
-        """
-        path = FlatPath.of(
-            [0] * len(points),
-            [number for point in points for number in point],
-            [],
-            [speed],
-            tolerance,
-        )
-        self.asked = None
-        return self._sent(self.programs.follow(path))
-
     def set_parameters(
         self, what: str, values: Values, then: Callable[[bool], None] = lambda _: None
     ) -> bool:
@@ -278,29 +252,6 @@ class MachineLink:
             on_answer(MachineFacts.of(future.result().values))
 
         self._parameters.get_parameters(list(NAMES)).add_done_callback(take)
-
-    @property
-    def goal(self) -> SentGoal | None:
-        """The newest goal that was sent and has not ended."""
-        if self._goal is not None and self._goal.result is not None:
-            goal, self._goal = self._goal, None
-            if goal.result.code == GoalCode.NOT_REACHED:
-                measured = place_text(vector_of(goal.result.position))
-                self.on_refusal(f"not reached: the platform is measured at {measured}")
-        return self._goal
-
-    def cancel(self) -> None:
-        """Take back the newest goal, even if it is still on its way."""
-        if self.goal is not None:
-            self.goal.cancel()
-
-    def forget(self) -> None:
-        """Wait no more for the end of a goal, as nobody may tell it."""
-        self._goal = None
-
-    def _sent(self, goal: SentGoal) -> SentGoal:
-        self._goal = goal
-        return goal
 
     def _call(self, what: str, client: Any, request: Any) -> None:
         if not client.service_is_ready():

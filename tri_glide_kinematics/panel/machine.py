@@ -13,87 +13,17 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
 from tri_glide_interfaces.msg import MachineState
-from tri_glide_kinematics.control import IDLE, JOGGING, MOVING, Cause, OperatingState
+from tri_glide_kinematics.control import IDLE, JOGGING, MOVING, Cause
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.engine import GoalCode
+from tri_glide_kinematics.motion.path import FlatPath, SegmentKind
 from tri_glide_kinematics.panel.link import NAMES, NOBODY, Feeds, MachineFacts
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.pace import Pace
-from tri_glide_kinematics.panel.words import READY, WARNING, outside_text, position_text
+from tri_glide_kinematics.panel.words import READY, WARNING, outside_text, place_text, position_text
+from tri_glide_kinematics.ros.goal_sender import SentGoal
+from tri_glide_kinematics.ros.messages import vector_of
 from tri_glide_kinematics.vectors import Vector3, plus
-
-
-@dataclass
-class JogWatch:
-    """Tells by what ``ik_node`` says about itself when a jog was ended by somebody else.
-
-    A jog whose messages were late for a moment, as a busy browser sends them, was not. One that was
-    released has ended, too, but by then another button may be held.
-    """
-
-    _has_jogged: bool = False
-
-    def has_ended(self, state: OperatingState | None, cause: Cause | None) -> bool:
-        """Take a state and its cause; return whether what is held must not go on."""
-        if state is JOGGING:
-            self._has_jogged = True
-        elif self._has_jogged and cause not in (Cause.TWISTS_SILENT, Cause.RELEASED):
-            self._has_jogged = False
-            return True
-        return False
-
-
-# Until a step that was sent is seen as a motion [s].
-STEP_PATIENCE = 0.5
-
-
-@dataclass
-class Steps:
-    """Remembers where the last step leads to.
-
-    The next one goes on from there if nothing has come in between. If something has, it begins
-    where the platform is: it must not lead to where nobody wants it to go any more.
-
-    Attributes:
-        target: of the last step, None if it counts no more [m].
-    """
-
-    target: Vector3 | None = None
-    _sent_at: float = -math.inf
-
-    def drop(self) -> None:
-        """Let the next step begin where the platform is."""
-        self.target = None
-
-    def look(self, state: OperatingState | None) -> None:
-        """Drop the last step if the machine does something else by now."""
-        if state not in (IDLE, MOVING):
-            self.drop()
-
-    def go_on(
-        self,
-        step: Vector3,
-        place: Vector3 | None,
-        state: OperatingState | None,
-        *,
-        is_on_way: bool,
-        now: float,
-    ) -> Vector3 | None:
-        """Return the target of another step, None if it is not known where that begins [m].
-
-        Args:
-            step: by how much to go on [m].
-            place: where the platform is commanded to be, None if that is not known [m].
-            state: of the machine.
-            is_on_way: whether the goal of the last step has not ended.
-            now: time.monotonic() [s].
-        """
-        if not (is_on_way and (state is MOVING or now - self._sent_at < STEP_PATIENCE)):
-            self.drop()
-        start = self.target or place
-        if start is not None:
-            self.target = plus(start, step)
-            self._sent_at = now
-        return self.target
 
 
 @dataclass(frozen=True)
@@ -115,6 +45,8 @@ def pose_of(heights: Vector3 | None, facts: MachineFacts) -> Pose | None:
         return None
 
 
+# Until a step that was sent is seen as a motion [s].
+STEP_PATIENCE = 0.5
 LOOK_PERIOD = 0.5  # s between two looks whether ik_node is there
 PATIENCE = 5.0  # s after which it is asked again
 # Refusals that are about the place that was asked for.
@@ -138,7 +70,13 @@ class ShownMachine:
         self._requests = requests
         self._identity = NOBODY
         self._look_pace, self._ask_pace = Pace(LOOK_PERIOD), Pace(PATIENCE)
-        self._jog_watch, self._steps = JogWatch(), Steps()
+        self._has_jogged = False
+        # Where the last step leads to, None if that counts no more [m], and when it was sent [s].
+        self._step_to: Vector3 | None = None
+        self._stepped_at = -math.inf
+        # The newest goal that was sent and has not ended, and its place; None for that of a path.
+        self._goal: SentGoal | None = None
+        self._asked: Vector3 | None = None
         self._state: object = None
         self._refused = 0
         requests.on_stop.append(self.stop)
@@ -154,8 +92,9 @@ class ShownMachine:
 
     def stop(self) -> None:
         """Go on with nothing: the machine was told to stop."""
-        self._steps.drop()
-        self.link.cancel()
+        self._step_to = None
+        if self._goal is not None and self._goal.result is None:
+            self._goal.cancel()
 
     # What is known of it
 
@@ -174,8 +113,7 @@ class ShownMachine:
         self.facts = None
         self._ask_pace.hurry()
         self.feeds.motion.forget()
-        self._steps.drop()
-        self.link.forget()
+        self._step_to = self._goal = None
         self._requests.end_hold()
 
     def _take(self, facts: MachineFacts) -> None:
@@ -193,8 +131,11 @@ class ShownMachine:
             self._requests.follow_twist_timeout(self.facts.values["twist_timeout"])
 
     def _look_for_refusals(self) -> None:
-        # A goal that is looked at tells how it has ended.
-        _ = self.link.goal
+        if self._goal is not None and (result := self._goal.result) is not None:
+            self._goal = None
+            if result.code == GoalCode.NOT_REACHED:
+                measured = place_text(vector_of(result.position))
+                self._requests.refuse(f"not reached: the platform is measured at {measured}")
         status = self.feeds.status
         message = status.message
         if message.refused > self._refused:
@@ -204,7 +145,7 @@ class ShownMachine:
 
     def _place_words(self) -> str | None:
         """Return why the place cannot be that was asked for here, if that was refused."""
-        asked, self.link.asked = self.link.asked, None
+        asked, self._asked = self._asked, None
         if self.facts is None or asked is None:
             return None
         if self.feeds.status.message.refusal not in PLACE_REFUSALS:
@@ -212,11 +153,19 @@ class ShownMachine:
         return outside_text(self.facts.workspace, asked)
 
     def _look_for_ends(self) -> None:
-        """Let nothing go on by itself that has ended."""
+        """Let nothing go on by itself that somebody else has ended.
+
+        A jog whose messages were late for a moment, as a busy browser sends them, was not ended.
+        One that was released has ended, too, but by then another button may be held.
+        """
         status = self.feeds.status
-        if self._jog_watch.has_ended(status.state, status.cause):
+        if status.state is JOGGING:
+            self._has_jogged = True
+        elif self._has_jogged and status.cause not in (Cause.TWISTS_SILENT, Cause.RELEASED):
+            self._has_jogged = False
             self._requests.end_hold()
-        self._steps.look(status.state)
+        if status.state not in (IDLE, MOVING):
+            self._step_to = None
         state = (status.state, status.cause)
         if self.facts is not None and status.state is not None and state != self._state:
             self._state = state
@@ -283,36 +232,46 @@ class ShownMachine:
     # Where it is sent
 
     def move_to(self, position: Vector3, speed: float) -> None:
-        """Go to a ``position`` [m], at a ``speed`` [m/s], 0 for what the sliders can do."""
-        self._steps.drop()
-        if self._is_known():
-            self.link.move_to(position, speed)
+        """Go to a ``position`` [m], at a ``speed`` [m/s], 0 for what the sliders can do.
+
+        Raises:
+            KinematicsError: if it is not known which machine this is, as of all that sends it.
+        """
+        self._check_known()
+        self._go(position, speed)
 
     def move_by(self, step: Vector3, speed: float) -> None:
-        """Go on by a step [m], from where the last one leads to if it is not there yet."""
-        if not self._is_known():
-            return
-        target = self._steps.go_on(
-            step,
-            self.commanded_position,
-            self.feeds.status.state,
-            is_on_way=self.link.goal is not None,
-            now=time.monotonic(),
-        )
-        if target is None:
-            self._requests.refuse("no step: the position of the platform is not known")
-        else:
-            self.link.move_to(target, speed)
+        """Go on by a step [m], from where the last one leads to if it is not there yet.
+
+        If something else has come in between, the step begins where the platform is: it must not
+        lead to where nobody wants it to go any more.
+        """
+        last = self._step_to
+        self._check_known()
+        is_on_way = self._goal is not None and self._goal.result is None
+        is_seen = self.feeds.status.state is MOVING
+        is_new = time.monotonic() - self._stepped_at < STEP_PATIENCE
+        start = last if is_on_way and (is_seen or is_new) else None
+        start = start or self.commanded_position
+        if start is None:
+            raise KinematicsError("no step: the position of the platform is not known")
+        self._step_to, self._stepped_at = plus(start, step), time.monotonic()
+        self._go(self._step_to, speed)
 
     def follow(self, points: Sequence[Vector3], tolerance: float, speed: float) -> None:
-        """Go through ``points``, within a ``tolerance`` [m], at a ``speed`` [m/s]."""
-        self._steps.drop()
-        if self._is_known():
-            self.link.follow(points, tolerance, speed)
+        """Go through ``points``, at corners within a ``tolerance`` [m], at a ``speed`` [m/s]."""
+        self._check_known()
+        numbers = [number for point in points for number in point]
+        path = FlatPath.of([SegmentKind.LINE] * len(points), numbers, [], [speed], tolerance)
+        self._goal, self._asked = self.link.programs.follow(path), None
 
-    def _is_known(self) -> bool:
-        """Tell whether the machine is the one that is shown, and say so if not."""
+    def _go(self, position: Vector3, speed: float) -> None:
+        self._goal = self.link.programs.move_to(position, speed=speed)
+        self._asked = position
+
+    def _check_known(self) -> None:
+        """Check that the machine is the one that is shown; the last step counts no more."""
+        self._step_to = None
         self._look()
         if self.facts is None:
-            self._requests.refuse(f"nothing done: {self.link.server} has not told its target yet")
-        return self.facts is not None
+            raise KinematicsError(f"nothing done: {self.link.server} has not told its target yet")

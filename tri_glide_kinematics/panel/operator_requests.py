@@ -1,217 +1,32 @@
-"""Requests of the operator, jogs by buttons among them, and why some are not fulfilled.
+"""Requests of the operator, the buttons and fields that make them, and why some are not fulfilled.
 
 The node fulfils the requests of the page that has the controls.
 """
 
 from __future__ import annotations
 
+import math
+import re
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.link import MachineLink
+from tri_glide_kinematics.panel.link import MachineFacts, MachineLink
+from tri_glide_kinematics.panel.operators import (
+    LONGEST_GAP,
+    Controls,
+    HeldJog,
+    MessageHistory,
+    name_of,
+)
+from tri_glide_kinematics.panel.viser_parts import show_value
 from tri_glide_kinematics.vectors import Vector3, scaled
-
-# Jogs by buttons that are held.
-
-# How often the page says that the button is held [1/s].
-RENEWALS = 30.0
-
-# A renewal that comes later than this after the one before it does not renew anything [s]. It is
-# less than the usual twist_timeout of ik_node, which takes a longer pause for the end of a jog.
-LONGEST_GAP = 0.09
-
-# Messages that come faster were kept up on their way: they say nothing about the present [s].
-SHORTEST_GAP = 0.01
-
-Hold = tuple[int, Vector3]
-
-
-@dataclass
-class HeldJog:
-    """Tells which of the messages of held buttons move the machine.
-
-    The first one never does: a button that is held sends the next one at once. A page that nobody
-    sees is given a turn once a second, so what it sends then, for a button that was never released,
-    does not move anything. What somebody has ended while the button was held goes on no more before
-    the page has said that it is released.
-
-    Attributes:
-        held: the page and the direction of the newest message, None if nothing is held.
-        longest_gap: longest time between two messages [s].
-    """
-
-    held: Hold | None = None
-    longest_gap: float = LONGEST_GAP
-    _time: float = 0.0
-    _has_moved: bool = False
-    _ended: set[int] = field(default_factory=set)
-
-    def renew(self, page: int, direction: Vector3, now: float) -> bool:
-        """Take a message of a held button; return whether the machine may move by it.
-
-        ``now`` is time.monotonic() [s].
-        """
-        gap = now - self._time
-        is_same = self.held == (page, direction)
-        self.held, self._time = (page, direction), now
-        if not is_same:
-            self._has_moved = False
-            return False
-        moves = page not in self._ended and SHORTEST_GAP <= gap <= self.longest_gap
-        self._has_moved |= moves
-        return moves
-
-    def end(self) -> None:
-        """Let what is held move nothing before it is released."""
-        held = self.held
-        if held is not None:
-            self._ended.add(held[0])
-
-    def bar(self, page: int) -> None:
-        """Let what a ``page`` holds move nothing before it is released."""
-        self._ended.add(page)
-
-    def release(self, page: int) -> bool:
-        """Note that a ``page`` holds nothing any more; return whether that ends a jog."""
-        was_ended = page in self._ended
-        self._ended.discard(page)
-        if self.held is None or self.held[0] != page:
-            return False
-        self.held = None
-        return self._has_moved and not was_ended
-
-
-# The history of messages: what the page has told its operators, and when.
-
-# As many are kept, and of each so many characters.
-KEPT = 100
-LONGEST = 300
-
-
-@dataclass(frozen=True)
-class Entry:
-    """A message.
-
-    Attributes:
-        time: when it was told last, by the clock of this computer [s].
-        color: of the state, or ``refusal``.
-        text: in the words of the page.
-        log: what ``ik_node`` wrote about it, in metres; empty for nothing.
-        count: how often it was told, one time after the other.
-        press: the button that shows what it is about; empty for none.
-    """
-
-    time: float
-    color: str
-    text: str
-    log: str = ""
-    count: int = 1
-    press: str = ""
-
-    @property
-    def clock(self) -> str:
-        """The time of day."""
-        return time.strftime("%H:%M:%S", time.localtime(self.time))
-
-
-class MessageHistory:
-    """Keeps the last messages, the newest first. Any thread may add one.
-
-    Attributes:
-        changes: how often something was added.
-    """
-
-    def __init__(self) -> None:
-        """Know of nothing."""
-        self.changes = 0
-        self._entries: deque[Entry] = deque(maxlen=KEPT)
-        self._lock = threading.Lock()
-
-    def __iter__(self) -> Iterator[Entry]:
-        """Return all, the newest first."""
-        with self._lock:
-            return iter(tuple(self._entries))
-
-    def add(self, color: str, text: str, log: str = "", press: str = "") -> None:
-        """Add a message; one that is told again is counted."""
-        entry = Entry(time.time(), color, text[:LONGEST], log[:LONGEST], press=press)
-        with self._lock:
-            newest = self._entries[0] if self._entries else None
-            told = newest and (newest.color, newest.text, newest.press)
-            if newest is not None and told == (color, entry.text, press):
-                self._entries.popleft()
-                entry = replace(entry, count=newest.count + 1)
-            self._entries.appendleft(entry)
-            self.changes += 1
-
-
-# Requests of the operator: the node fulfils those of the page that has the controls.
-
-
-@dataclass
-class Controls:
-    """The page that has the controls, and the one that asks for them.
-
-    The first page has them until it gives them up or vanishes. Then the page that asks gets them.
-    If none does, a page has to take them: nobody who only looks on is made the operator.
-
-    Attributes:
-        holder: number of the page that has them, None if nobody does.
-        asking: pages that ask the holder for them, the first one first.
-        pages: all that are open, the oldest first.
-    """
-
-    holder: int | None = None
-    asking: list[int] = field(default_factory=list)
-    pages: list[int] = field(default_factory=list)
-
-    def opened(self, page: int) -> None:
-        """Note that a ``page`` is there; alone, it gets the controls."""
-        if page in self.pages:
-            return
-        self.pages.append(page)
-        if len(self.pages) == 1:
-            self.holder = page
-
-    def closed(self, page: int) -> None:
-        """Note that a ``page`` has vanished: if it had the controls, whoever asks gets them."""
-        self._forget(page)
-        if page in self.pages:
-            self.pages.remove(page)
-        self.give(page)
-
-    def ask(self, page: int) -> bool:
-        """Take the controls if nobody has them, or ask for them; return whether they are taken."""
-        if page not in self.pages:
-            return False
-        if self.holder is None:
-            self.holder = page
-            self._forget(page)
-        elif self.holder != page and page not in self.asking:
-            self.asking.append(page)
-        return self.holder == page
-
-    def give(self, page: int) -> None:
-        """Give the controls of a ``page`` to the first that asks, or to nobody."""
-        if self.holder == page:
-            self.holder = self.asking.pop(0) if self.asking else None
-
-    def _forget(self, page: int) -> None:
-        if page in self.asking:
-            self.asking.remove(page)
-
-
-def name_of(page: int) -> str:
-    """Return what a page is called on all of them."""
-    return f"page {page + 1}"
-
 
 # A refusal is shown for so long [s].
 REFUSAL_SHOWN = 12.0
@@ -298,6 +113,42 @@ class OperatorRequests:
                 self.wish(lambda: wish(value))
 
         return call
+
+    # Buttons and fields, which are added to the open container of the page.
+
+    def button(self, label: str, do: Wish, **look: Any) -> viser.GuiButtonHandle:
+        """Add a button, by which the node does something."""
+        button = self.gui.add_button(label, **look)
+        button.on_click(self.on(lambda _: do()))
+        return button
+
+    def buttons(
+        self, label: str, actions: Mapping[str, Wish], of_any_page: Sequence[str] = ()
+    ) -> None:
+        """Add a group of buttons: by its words, what each has done.
+
+        Those ``of_any_page`` need no controls.
+        """
+        group = self.gui.add_button_group(label, tuple(actions))
+        press = self.on(lambda words: actions[words]())
+
+        async def on_click(event: Event) -> None:
+            if event.target.value in of_any_page:
+                self.wish(actions[event.target.value])
+            else:
+                await press(event)
+
+        group.on_click(on_click)
+
+    def field(self, handle: Any, on_change: Callable[[Any], None] | None = None) -> OperatorsInput:
+        """Take over an input of viser; ``on_change``, which moves nothing, gets what is set."""
+        return OperatorsInput(self, handle, on_change)
+
+    def number(self, label: str, number: float, **bounds: Any) -> OperatorsNumber:
+        """Add a field with a ``number`` inside its ``bounds``."""
+        return OperatorsNumber(self, label, number, **bounds)
+
+    # What becomes of them
 
     def fulfil(self) -> None:
         """Do what is wished; called where the node spins."""
@@ -386,3 +237,214 @@ class OperatorRequests:
         if is_jog:
             self.link.jog()
         return is_jog
+
+
+# Buttons and fields: only the page with the controls uses them.
+
+# What a field of a number may show, and how much of another text is told [characters].
+DECIMAL = re.compile(r"[-+]?(?:[0-9]{1,9}(?:[.,][0-9]{0,9})?|[.,][0-9]{1,9})", re.ASCII)
+WHOLE = re.compile(r"[-+]?[0-9]{1,9}", re.ASCII)
+THOUSAND = re.compile(r"[-+]?[1-9][0-9]{0,2},[0-9]{3}", re.ASCII)
+LONGEST_NUMBER = 20
+# Of the fields of speeds [mm/s].
+USUAL_SPEED, SLOWEST_SPEED = 50.0, 0.01
+
+
+class OperatorsInput:
+    """An input that only the page with the controls changes; on the others it goes back.
+
+    Attributes:
+        value: that the operator, or the program, has set last.
+    """
+
+    def __init__(
+        self,
+        requests: OperatorRequests,
+        handle: Any,
+        on_change: Callable[[Any], None] | None = None,
+    ) -> None:
+        """Take over an input of viser; ``on_change``, which moves nothing, gets what is set."""
+        self.value = handle.value
+        self._requests = requests
+        self._handle = handle
+        self._on_change = on_change
+        handle.on_update(self._take)
+
+    def set(self, value: Any) -> None:
+        """Set it by the program."""
+        self.value = value
+        show_value(self._handle, value)
+
+    async def _take(self, event: Event) -> None:
+        if event.client_id is None:
+            return
+        if not self._requests.may(event.client_id):
+            self._handle.value = self.value
+            return
+        value = event.target.value
+        if refusal := self._refusal(value):
+            self._requests.refuse(refusal)
+            self._handle.value = self.value
+            return
+        self.value = value
+        on_change = self._on_change
+        if on_change is not None:
+            self._requests.wish(lambda: on_change(value), outlasts_stop=True)
+
+    def _refusal(self, value: Any) -> str:
+        """Return why a list or a slider cannot have a ``value``; empty if it can."""
+        if refusal := no_choice(self._handle, value):
+            return refusal
+        low, high = (getattr(self._handle, name, None) for name in ("min", "max"))
+        if low is None or high is None or low <= value <= high:
+            return ""
+        what = f"{self._handle.label}: {_shown(value)}"
+        return f"nothing done: {what} must be from {_shown(low)} to {_shown(high)}"
+
+
+class WrongNumberError(KinematicsError):
+    """A field shows no number that it may have.
+
+    Attributes:
+        label: of the field.
+        text: that it showed.
+    """
+
+    def __init__(self, label: str, text: str, wanted: str) -> None:
+        """Store both, and what is ``wanted``, in words."""
+        super().__init__(f"nothing done: {label}: {text[:LONGEST_NUMBER]!r} must be {wanted}")
+        self.label = label
+        self.text = text
+
+
+class OperatorsNumber:
+    """A number that only the page with the controls changes.
+
+    It is a field of text: one for numbers alters what is typed, key by key, until it is a number
+    that it may have. What is none is told when the number is needed; then the last one is shown.
+
+    Attributes:
+        last: that it has shown.
+    """
+
+    def __init__(
+        self,
+        requests: OperatorRequests,
+        label: str,
+        number: float,
+        *,
+        least: float = -math.inf,
+        most: float = math.inf,
+        is_whole: bool = False,
+        hint: str | None = None,
+        on_change: Callable[[float], None] | None = None,
+    ) -> None:
+        """Add the field to the open container of the page, with a ``number`` inside its bounds."""
+        self._label, self._is_whole = label, is_whole
+        self._least, self._most = least, most
+        self.last = number
+        self._on_change = on_change
+        field_of_text = requests.gui.add_text(label, _shown(number), hint=hint)
+        self._input = OperatorsInput(requests, field_of_text, self._take)
+
+    @property
+    def value(self) -> float:
+        """The number that the field shows.
+
+        Raises:
+            WrongNumberError: if it shows none that it may have; from now on it shows the last one.
+        """
+        try:
+            return self._read(str(self._input.value))
+        except WrongNumberError:
+            self.set(self.last)
+            raise
+
+    def set(self, number: float) -> None:
+        """Show a number."""
+        self.last = number
+        self._input.set(_shown(number))
+
+    def _take(self, text: str) -> None:
+        # Somebody may still be typing: nothing is told about what is no number yet.
+        with suppress(WrongNumberError):
+            self.last = self._read(str(text))
+            if self._on_change is not None:
+                self._on_change(self.last)
+
+    def _read(self, text: str) -> float:
+        kind = (
+            "a whole number"
+            if self._is_whole
+            else "a number such as 2.5 (a point, where a comma may part thousands)"
+        )
+        bounds = (("least", self._least), ("most", self._most))
+        told = (f"at {name} {_shown(bound)}" for name, bound in bounds if math.isfinite(bound))
+        wanted = ", ".join((kind, *told))
+        pattern = WHOLE if self._is_whole else DECIMAL
+        number = float(text.replace(",", ".")) if pattern.fullmatch(text.strip()) else math.nan
+        # A comma may be that of a thousand, too.
+        if not self._least <= number <= self._most or THOUSAND.fullmatch(text.strip()):
+            raise WrongNumberError(self._label, text, wanted)
+        return number
+
+
+def _shown(number: float) -> str:
+    return f"{number:.10g}"
+
+
+class ScaleSlider:
+    """A slider in per cent for a factor among the parameters of ``ik_node``.
+
+    Pages set it again and again: of several values the newest is sent, when the one before is
+    answered. What the machine has then is shown only when none is on its way.
+    """
+
+    def __init__(self, requests: OperatorRequests, label: str, most: int, name: str) -> None:
+        """Add it, up to ``most``, to the open container; ``name`` is that of the parameter."""
+        self._link, self._what, self._name = requests.link, label.lower(), name
+        # By which facts its value was shown.
+        self._shown: MachineFacts | None = None
+        self._wanted: float | None = None
+        self._is_setting = False
+        slider = requests.gui.add_slider(f"{label} [%]", min=1, max=most, step=1, initial_value=100)
+        self._input = OperatorsInput(requests, slider, self._set)
+
+    def show(self, facts: MachineFacts) -> None:
+        """Show what the machine has, unless another value is on its way there."""
+        if facts is not self._shown and not self._is_setting:
+            self._shown = facts
+            self._input.set(max(1, round(100.0 * facts.values[self._name])))
+
+    def _set(self, part: float) -> None:
+        self._wanted = 0.01 * part
+        if not self._is_setting:
+            self._send()
+
+    def _send(self, _: bool = True) -> None:
+        value, self._wanted = self._wanted, None
+        self._is_setting = value is not None and self._link.set_parameters(
+            self._what, {self._name: value}, self._send
+        )
+        if not self._is_setting:
+            self._shown = None
+
+
+class SpeedFields:
+    """A speed of the platform, or the choice that it goes as fast as the sliders can."""
+
+    def __init__(self, requests: OperatorRequests, label: str, hint: str | None = None) -> None:
+        """Add both to the open container of the page."""
+        self._speed = OperatorsNumber(requests, label, USUAL_SPEED, least=SLOWEST_SPEED, hint=hint)
+        self._fastest = OperatorsInput(
+            requests, requests.gui.add_checkbox("As fast as it can", initial_value=False)
+        )
+
+    @property
+    def value(self) -> float:
+        """The speed; 0 for the fastest [m/s].
+
+        Raises:
+            WrongNumberError: if the field shows none.
+        """
+        return 0.0 if self._fastest.value else 0.001 * self._speed.value

@@ -21,12 +21,8 @@ from websockets.asyncio.server import ServerConnection
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.admission import QUERY, Admission, guarded_server
 from tri_glide_kinematics.panel.machine_scene import light_plainly
-from tri_glide_kinematics.panel.operator_requests import (
-    RENEWALS,
-    Entry,
-    MessageHistory,
-    OperatorRequests,
-)
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.operators import RENEWALS, Entry, MessageHistory
 from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.programs import PIECE
 from tri_glide_kinematics.panel.status_strip import Strip

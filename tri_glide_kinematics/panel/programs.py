@@ -16,7 +16,7 @@ import viser
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import OutsideFolderError, file_in
-from tri_glide_kinematics.panel.link import Bounds, MachineFacts
+from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.program_reading import (
@@ -406,11 +406,10 @@ class ChosenProgram:
         self._folder = folder
         self._shown_machine = machine
         self._facts: MachineFacts | None = None
-        # Bounds for which the proof holds, and whether the machine has others since.
-        self._bounds: Bounds | None = None
+        # Whether the machine has other bounds than when it was proved.
         self._is_outdated = False
         # Of what was read last: the machine, the marks of its files, and what it does not say.
-        self._machine: MachineFacts | None = None
+        self._read_for: MachineFacts | None = None
         self._marks: tuple[Mark, ...] = ()
         self._settings = ProgramSettings()
         self._process: ReadingProcess | None = None
@@ -456,9 +455,8 @@ class ChosenProgram:
 
     def take_facts(self, facts: MachineFacts) -> None:
         """Take in what machine it is for; its proof holds for the limits of that time."""
-        self._facts = facts
-        bounds, self._bounds = self._bounds, facts.bounds
-        if bounds in (None, self._bounds) or self.read is None:
+        before, self._facts = self._facts, facts
+        if before is None or before.bounds == facts.bounds or self.read is None:
             return
         # A proof that is under way begins anew, with the new bounds.
         is_check = self.is_in_work
@@ -468,12 +466,10 @@ class ChosenProgram:
             self.prove()
 
     @property
-    def has_another_machine(self) -> bool:
-        """Whether it was read for another machine than the present one; that is told once."""
-        machine, self._machine = self._machine, self._facts
-        if machine is self._facts or self._facts is None:
-            return False
-        return machine is None or not machine.is_same_machine(self._facts)
+    def is_of_another_machine(self) -> bool:
+        """Whether it was read for another machine than the present one."""
+        before, facts = self._read_for, self._facts
+        return facts is not None and (before is None or not before.is_same_machine(facts))
 
     def load(self) -> None:
         """Begin to read the file that is chosen, in place of what was read before."""
@@ -481,6 +477,7 @@ class ChosenProgram:
         self.read = self.check = self.run = None
         self.error = ""
         self._is_outdated = False
+        self._read_for = self._facts
         if self._stream is not None:
             self._stream.close()
             self._stream = None
@@ -532,11 +529,10 @@ class ChosenProgram:
         return answer
 
     def _begin(self, path: Path, *, is_check: bool) -> None:
-        facts, bounds = self._facts, self._bounds
-        if facts is not None and bounds is not None:
-            self._process = ReadingProcess(
-                Reading(path, self._settings, facts.workspace, *bounds, is_check, self._marks[0])
-            )
+        if (facts := self._facts) is not None:
+            # The workspace, the limits and the shaper are those of now.
+            asked = path, self._settings, facts.workspace, *facts.bounds, is_check, self._marks[0]
+            self._process = ReadingProcess(Reading(*asked))
 
     def _marks_now(self) -> tuple[Mark, ...]:
         file = self._folder.folder / self.name

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import viser
 
-from tri_glide_kinematics.panel.inputs import add_button
 from tri_glide_kinematics.panel.machine import ShownMachine
-from tri_glide_kinematics.panel.operator_requests import Controls, Event, OperatorRequests, name_of
+from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests
+from tri_glide_kinematics.panel.operators import Controls, name_of
 from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.words import FAULT, WARNING
 
@@ -118,8 +118,7 @@ class Notice:
         self._requests = requests
         self._file, self._wish = file, wish
         self._pace = Pace(NOTICE_PERIOD)
-        self._button = add_button(
-            requests,
+        self._button = requests.button(
             "Start again what has ended",
             self._ask,
             color="orange",

@@ -2,39 +2,31 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from panel_rig import OTHER, PanelRig, tell
+from panel_rig import OTHER, PanelRig, ProgramRig, tell
 
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine import ShownMachine
-from tri_glide_kinematics.panel.programs import ChosenProgram, ProgramFolder
-from tri_glide_kinematics.panel.tabs import ManualControls, Runs
+from tri_glide_kinematics.panel.tabs import ManualControls
+from tri_glide_kinematics.panel.tabs.manual_controls import MOST_VALUES
 from tri_glide_kinematics.programs import RunState, load_buttons, load_zeros
 
 pytestmark = pytest.mark.nodes
 
-BOUND = 60.0  # s, for what takes a fraction of this
 LINE = "G1 X10 F600"
 
 
-class Rig:
+class Rig(ProgramRig):
     """The folders, and what they show and send."""
 
     def __init__(self, rig: PanelRig, machine: ShownMachine, folder: Path) -> None:
-        self.rig, self.machine, self.press = rig, machine, rig.press
-        self.zeros = folder / "zeros.yaml"
-        settings = folder / "settings.yaml"
-        settings.write_text("unit: mm\noffsets: {G54: [0, 0, 0]}\n")
-        self.chosen = ChosenProgram(ProgramFolder(folder), settings, self.zeros, machine)
-        self.runs = Runs(rig.requests)
+        super().__init__(rig, machine, folder)
         self.controls = ManualControls(rig.requests, machine, self.runs, self.chosen)
         self.switched: list[Any] = []
         self.runs.link.put_out = self.switched.append  # type: ignore[method-assign]
@@ -47,16 +39,6 @@ class Rig:
         self.controls.step()
         self.controls.show()
         return self.controls._driver.words
-
-    @property
-    def refusal(self) -> str:
-        return self.rig.requests.refusal
-
-    def wait_for(self, condition: Callable[[], Any]) -> None:
-        end = time.monotonic() + BOUND
-        while not condition():
-            assert time.monotonic() < end, f"{self.words}; {self.refusal}"
-            time.sleep(0.02)
 
 
 @pytest.fixture
@@ -195,6 +177,11 @@ def test_an_output_is_switched_off_at_any_time_and_on_if_the_machine_may_move(ha
     )
     _ = hand.words
     assert hand.rig.handle("fan 2").value is True
+    # No more of them are shown, however many are told.
+    for number in range(2 * MOST_VALUES):
+        hand.machine.feeds._on_output(OutputMessage(name=f"n{number}"), {"source_timestamp": 1})
+    _ = hand.words
+    assert hand.controls._outputs._values.content.count("<tr>") == MOST_VALUES
     tell(hand.machine, state=MachineState.FAULT)
     hand.press("flood", True)
     assert hand.refusal == "flood not switched on: the machine is fault"

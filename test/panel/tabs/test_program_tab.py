@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from panel_rig import FACTS, OPERATOR, OTHER, PanelRig
+from panel_rig import FACTS, OPERATOR, OTHER, PanelRig, ProgramRig
 from viser import _messages as messages
 
 from tri_glide_interfaces.msg import MachineState
@@ -17,40 +15,25 @@ from tri_glide_kinematics.panel.programs import (
     FROM_SETTINGS,
     NO_FILE,
     PIECE,
-    ChosenProgram,
-    ProgramFolder,
     Uploads,
 )
-from tri_glide_kinematics.panel.tabs import ProgramTab, Runs
+from tri_glide_kinematics.panel.tabs import ProgramTab
 from tri_glide_kinematics.programs import RunState
 
 pytestmark = pytest.mark.nodes
 
 SQUARE = "G21 G90 G17 (mm)\nG0 X0 Y0 Z260\nG1 X-20 F6000\nG1 X60 F1200\nM0\nG1 X0\nM2\n"
-BOUND = 60.0  # s, for what takes a fraction of this
 
 
-class Rig:
+class Rig(ProgramRig):
     """The tab, and what its page shows."""
 
     def __init__(self, rig: PanelRig, folder: Path) -> None:
-        self.rig, self.requests, self.press = rig, rig.requests, rig.press
+        super().__init__(rig, rig.machine, folder)
         rig.machine.feeds = SimpleNamespace(status=SimpleNamespace(message=MachineState()))
-        self.folder = ProgramFolder(folder / "programs")
-        self.folder.folder.mkdir()
-        settings = folder / "settings.yaml"
-        settings.write_text("unit: mm\noffsets: {G54: [0, 0, 0]}\n")
         self.uploads = Uploads(self.folder, rig.requests, lambda *_: None)
-        self.chosen = ChosenProgram(self.folder, settings, folder / "zeros.yaml", rig.machine)
-        self.runs = Runs(rig.requests)
-        self.tab = ProgramTab(
-            rig.requests,
-            rig.machine,
-            self.runs,
-            self.uploads,
-            self.chosen,
-            folder / "progress.yaml",
-        )
+        what = self.runs, self.uploads, self.chosen, folder / "progress.yaml"
+        self.tab = ProgramTab(rig.requests, rig.machine, *what)
 
     def choose(self, name: str, text: str) -> None:
         """Put a file into the folder, and choose it."""
@@ -76,12 +59,6 @@ class Rig:
         self.tab._pace.hurry()
         self.tab.show()
         return self.tab._words.content + self.tab._progress.content + self.requests.refusal
-
-    def wait_for(self, condition: Callable[[], Any]) -> None:
-        end = time.monotonic() + BOUND
-        while not condition():
-            assert time.monotonic() < end, self.words
-            time.sleep(0.02)
 
     def read_until(self, words: str) -> None:
         self.wait_for(lambda: words in self.words)
@@ -166,6 +143,10 @@ def test_lines_are_chosen_in_the_listing_and_files_renamed_sent_and_deleted(
     assert "3  G1 X-20 F6000" in tab.tab._actions._listing._html.content
     tab.rig.send(tab.tab._actions._listing._rows[2], True)
     assert tab.rig.handle("From line").value == "3"
+    # What is being typed stays until it is needed.
+    tab.press("From line", "")
+    assert "3  G1 X-20 F6000" in tab.words + tab.tab._actions._listing._html.content
+    assert tab.rig.handle("From line").value == ""
     tab.press("download")
     assert sent == [("square.ngc", SQUARE.encode())]
     tab.press("Name", "renamed.ngc")

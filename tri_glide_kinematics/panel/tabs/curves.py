@@ -5,70 +5,51 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
-from viser import GuiApi, GuiUplotHandle
+from viser import GuiApi
 from viser.uplot import Axis, Scale, Series
 
-from tri_glide_kinematics.panel.inputs import OperatorsInput, OperatorsNumber, add_button
+from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.panel.link import TABLE, MachineFacts, SteadyTimes, SwingFeed
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import (
+    OperatorRequests,
+)
 from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.settings import NO_SHAPER, Values
-from tri_glide_kinematics.vectors import FloatArray, Vector3
+from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.wording import number_text
 
 # Plots of the last seconds, redrawn a few times a second: the sliders' motion, and a swing.
 
-
-class CurveLimits(NamedTuple):
-    """Limits of the three sliders: heights [m], velocities [m/s] and accelerations [m/s^2]."""
-
-    lower_heights: Vector3
-    upper_heights: Vector3
-    velocities: Vector3
-    accelerations: Vector3
-
-
 LATEST = 1.0  # s that a sample may come after newer ones
 
 
-class Ring:
-    """Numbers of the last seconds in bins of equal width; a bin without a sample holds NaN.
+class History:
+    """The last seconds of some numbers, in bins of equal width.
+
+    A bin holds the lowest and the highest of each number: however many samples there are, what
+    comes near a limit for a moment is never lost. A bin without a sample holds NaN.
 
     Attributes:
-        bins: whose order is known to the ring alone. Shape (..., n).
         ages: of the bins, oldest first. Shape (n,) [s].
     """
 
-    def __init__(self, shape: tuple[int, ...], span: float, width: float) -> None:
+    def __init__(self, numbers: int, span: float, width: float) -> None:
         """Start without samples.
 
         Args:
-            shape: of what a bin holds.
+            numbers: of which a sample consists.
             span: of all bins [s].
             width: of each [s].
         """
         self._count, self._width = round(span / width), width
         self._newest: int | None = None
-        self.bins = np.full((*shape, self._count), math.nan)
-        self.ages = (np.arange(self._count) - (self._count - 1)) * width
-
-    def place(self, time: float) -> int:
-        """Return the index of the bin of a ``time`` [s] that is none of the future."""
-        return math.floor(time / self._width) % self._count
-
-    def places(self, times: FloatArray) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
-        """Tell which ``times`` have a bin, and return the indices of these. Shape (m,) [s]."""
-        numbers = np.floor(times / self._width).astype(np.intp)
-        newest = 0 if self._newest is None else self._newest
-        have = (newest - self._count < numbers) & (numbers <= newest)
-        return have, numbers[have] % self._count
+        self._bins = np.full((2, numbers, self._count), math.nan)
+        self.ages = width * np.arange(1.0 - self._count, 1.0)
 
     def advance(self, time: float) -> None:
         """Let the bins up to ``time`` [s] be the newest ones, empty if nothing came in them.
@@ -77,299 +58,237 @@ class Ring:
         """
         bin_now = math.floor(time / self._width)
         if self._newest is None or bin_now < self._newest - LATEST / self._width:
-            self.bins[:] = math.nan
+            self._bins[:] = math.nan
         elif bin_now < self._newest:
             return
         else:
             passed = min(bin_now - self._newest, self._count)
-            self.bins[..., (bin_now - np.arange(passed)) % self._count] = math.nan
+            self._bins[..., (bin_now - np.arange(passed)) % self._count] = math.nan
         self._newest = bin_now
 
-    def values(self) -> FloatArray:
-        """Return all bins, oldest first. Shape (..., n)."""
-        first = 0 if self._newest is None else self._newest + 1
-        return np.roll(self.bins, -first, axis=-1)
-
-
-SPAN = 10.0  # s
-BIN = 0.05  # s
-SLIDERS = 3
-HEIGHTS, VELOCITIES, ACCELERATIONS = QUANTITIES = range(3)
-
-
-class History:
-    """The motion of the sliders in the last seconds.
-
-    A bin holds the newest height, and of velocities and accelerations that which is farthest from
-    zero: what comes near a limit for a moment is never lost.
-    """
-
-    def __init__(self) -> None:
-        """Start without samples."""
-        self._ring = Ring((len(QUANTITIES), SLIDERS), SPAN, BIN)
-        self.advance, self.ages = self._ring.advance, self._ring.ages
-        self._last: tuple[float, object] = -math.inf, None
-
-    def add(
-        self,
-        time: float,
-        heights: Sequence[float],
-        velocities: Sequence[float],
-        accelerations: Sequence[float],
-    ) -> None:
-        """Take in a sample, a little late at most; a clock that goes back starts the history anew.
-
-        Between two equal samples nothing has moved: if the second is late, there is no hole.
+    def add(self, times: FloatArray, samples: FloatArray) -> None:
+        """Take in samples; those that are older than the history are left out.
 
         Args:
-            time: of a steady clock [s].
-            heights: Shape (3,) [m].
-            velocities: Shape (3,) [m/s].
-            accelerations: Shape (3,) [m/s^2].
+            times: of a steady clock. Shape (m,), at least one [s].
+            samples: Shape (m, numbers); NaN for what is not known.
         """
-        sample = [tuple(each) for each in (heights, velocities, accelerations)]
-        then, last = self._last
-        self._last = time, sample
-        is_late = sample == last and BIN < time - then < LATEST
-        for moment in (*(np.arange(then + BIN, time, BIN) if is_late else ()), time):
-            self.advance(moment)
-            bins = self._ring.bins[..., self._ring.place(moment)]
-            bins[HEIGHTS] = heights
-            for quantity, new in ((VELOCITIES, velocities), (ACCELERATIONS, accelerations)):
-                # A bin without a sample, which is NaN, keeps nothing.
-                keep = np.abs(bins[quantity]) >= np.abs(new)
-                bins[quantity] = np.where(keep, bins[quantity], new)
-
-    def values(self, quantity: int) -> FloatArray:
-        """Return one quantity of all sliders, oldest first. Shape (3, n)."""
-        return self._ring.values()[quantity]
-
-
-SWING_SPAN = 4.0  # s
-# A swing of 60 Hz, which is a fast one, has four of them in a period [s].
-SWING_BIN = 0.004
-AXES = 3
-
-
-class SwingHistory:
-    """What an accelerometer has told in the last seconds, without its constant part.
-
-    A bin holds the lowest and the highest acceleration: of more samples than bins no peak is lost.
-    """
-
-    def __init__(self) -> None:
-        """Start without samples."""
-        self._ring = Ring((2, AXES), SWING_SPAN, SWING_BIN)
-        self.advance, self.ages = self._ring.advance, self._ring.ages
-
-    def add(self, times: FloatArray, accelerations: FloatArray) -> None:
-        """Take in samples; those that are not finite, or older than the history, are left out.
-
-        Args:
-            times: of a steady clock. Shape (m,) [s].
-            accelerations: Shape (m, 3) [m/s^2].
-        """
-        finite = np.isfinite(accelerations).all(axis=1)
-        times, accelerations = times[finite], accelerations[finite]
-        if not times.size:
-            return
         self.advance(float(times.max()))
-        have, places = self._ring.places(times)
-        for extremes, farther in zip(self._ring.bins, (np.fmin, np.fmax)):
-            for extreme, told in zip(extremes, accelerations[have].T):
-                farther.at(extreme, places, told)
+        bins = np.floor(times / self._width).astype(np.intp)
+        assert self._newest is not None
+        have = np.flatnonzero((self._newest - self._count < bins) & (bins <= self._newest))
+        if not have.size:
+            return
+        have = have[np.argsort(bins[have], kind="stable")]
+        numbers = bins[have]
+        starts = np.flatnonzero(np.append(True, numbers[1:] != numbers[:-1]))
+        places = numbers[starts] % self._count
+        for extremes, farther in zip(self._bins, (np.fmin, np.fmax)):
+            told = farther.reduceat(samples[have], starts)
+            extremes[:, places] = farther(extremes[:, places], told.T)
 
-    def values(self) -> FloatArray:
-        """Return the accelerations, oldest first. Shape (3, n) [m/s^2].
+    @property
+    def extremes(self) -> FloatArray:
+        """The lowest numbers and the highest ones, oldest first. Shape (2, numbers, n)."""
+        first = 0 if self._newest is None else self._newest + 1
+        return np.roll(self._bins, -first, axis=-1)
 
-        The constant part of an axis, which is gravity and the error of the sensor, is the median:
-        that of a machine that rests for half of the time is what it feels at rest.
-        """
-        lowest, highest = self._ring.values()
-        for axis in range(AXES):
-            is_known = np.isfinite(lowest[axis])
-            if is_known.any():
-                constant = np.median((0.5 * lowest[axis] + 0.5 * highest[axis])[is_known])
-                lowest[axis] -= constant
-                highest[axis] -= constant
-        return np.where(np.abs(lowest) > np.abs(highest), lowest, highest)
+
+def farthest(extremes: FloatArray) -> FloatArray:
+    """Return those of the lowest and the highest numbers that are farthest from zero."""
+    lowest, highest = extremes
+    return np.where(np.abs(lowest) > np.abs(highest), lowest, highest)
 
 
 REDRAWN_AFTER = 0.25  # s
 # Of a plot without its title, and of the numbers beside and below it [pixels].
 PLOT_HEIGHT = 120
 AXIS_WIDTH, AXIS_HEIGHT = 56, 26
-MARGIN = 0.06  # of the range between the limits, beyond them
 # Each has a contrast of at least 3 on a light and on a dark page.
 COLOURS = ("#2b87d1", "#b87a00", "#00966c")
 LIMIT_COLOUR = "#d9463c"
 
 
-@dataclass(frozen=True)
-class _Plot:
-    """One plot: which quantity, its unit, and how many of this unit make one SI unit."""
-
-    quantity: int
-    title: str
-    scale: float
-
-
-_PLOTS = (
-    _Plot(HEIGHTS, "Heights [mm], last 10 s", 1000.0),
-    _Plot(VELOCITIES, "Velocities [mm/s]", 1000.0),
-    _Plot(ACCELERATIONS, "Accelerations [m/s²]", 1.0),
-)
-
-
-def _legend(names: Sequence[str], colours: Sequence[str]) -> str:
-    return "".join(
+def _add_legend(gui: GuiApi, names: Sequence[str]) -> viser.GuiHtmlHandle:
+    pairs = zip(names, (*COLOURS, LIMIT_COLOUR))
+    content = "".join(
         '<span style="padding-left:1em;white-space:nowrap">'
         f'<span style="color:{colour}">\u25a0</span> {name}</span>'
-        for name, colour in zip(names, colours)
+        for name, colour in pairs
     )
+    return gui.add_html(content, visible=False)
 
 
-def _series(names: Sequence[str], width: float) -> Iterable[Series]:
-    return (Series(label=name, stroke=each, width=width) for name, each in zip(names, COLOURS))
+class Plot:
+    """A plot of the last seconds, which is not seen before it is shown.
 
-
-def _add_plot(
-    gui: GuiApi,
-    title: str,
-    columns: tuple[FloatArray, ...],
-    series: Iterable[Series],
-    scale: tuple[float, float],
-    span: float,
-    order: float | None = None,
-) -> GuiUplotHandle:
-    """Add a plot of ``columns``, of which the first has ages [s], to the open container.
-
-    The ``scale`` is the range of all others, the ``span`` that of the ages [s].
+    Attributes:
+        handle: of viser.
     """
-    return gui.add_uplot(
-        columns,
-        (Series(label="s"), *series),
-        title=title,
-        scales=_scales(scale, span),
-        axes=(Axis(size=AXIS_HEIGHT), Axis(size=AXIS_WIDTH)),
-        legend={"show": False},
-        height=PLOT_HEIGHT,
-        # Room for the uppermost and the last number.
-        padding=(8, 24, 0, 0),
-        order=order,
-    )
+
+    def __init__(
+        self,
+        gui: GuiApi,
+        title: str,
+        names: Sequence[str],
+        span: float,
+        *,
+        width: float = 1.0,
+        limits: int = 0,
+    ) -> None:
+        """Add it to the open container.
+
+        Args:
+            gui: of the page.
+            title: over it.
+            names: of its curves.
+            span: of the ages [s].
+            width: of a curve.
+            limits: number of lines that show limits.
+        """
+        self._span, self._scale = span, (-1.0, 1.0)
+        curves = (
+            Series(label=name, stroke=each, width=width) for name, each in zip(names, COLOURS)
+        )
+        lines = limits * (Series(label="limit", stroke=LIMIT_COLOUR, dash=(6, 4)),)
+        series = (Series(label="s"), *curves, *lines)
+        self.handle = gui.add_uplot(
+            (np.array((-span, 0.0)), *np.zeros((len(series) - 1, 2))),
+            series,
+            title=title,
+            scales=self._scales,
+            axes=(Axis(size=AXIS_HEIGHT), Axis(size=AXIS_WIDTH)),
+            legend={"show": False},
+            height=PLOT_HEIGHT,
+            # Room for the uppermost and the last number.
+            padding=(8, 24, 0, 0),
+            visible=False,
+        )
+
+    def show(self, columns: Sequence[FloatArray], scale: tuple[float, float]) -> None:
+        """Draw ``columns``, of which the first has ages [s]; ``scale`` is the range of the others.
+
+        viser would send again what the page has already.
+        """
+        if scale != self._scale:
+            self._scale = scale
+            self.handle.scales = self._scales
+        pairs = zip(self.handle.data, columns)
+        if not all(np.array_equal(old, new, equal_nan=True) for old, new in pairs):
+            self.handle.data = tuple(columns)
+        self.handle.visible = True
+
+    @property
+    def _scales(self) -> dict[str, Scale]:
+        ages = {"time": False, "range": (-self._span, 0.0)}
+        return {"x": ages, "y": {"range": self._scale}}  # type: ignore[dict-item]
 
 
-def _scales(scale: tuple[float, float], span: float) -> dict[str, Scale]:
-    return {"x": {"time": False, "range": (-span, 0.0)}, "y": {"range": scale}}
-
-
-def _send(plot: GuiUplotHandle, columns: tuple[FloatArray, ...]) -> None:
-    """Draw ``columns``, unless the ``plot`` has them: viser would send the same ones again."""
-    pairs = zip(plot.data, columns)
-    if not all(np.array_equal(old, new, equal_nan=True) for old, new in pairs):
-        plot.data = columns
-
-
+SPAN = 10.0  # s
+BIN = 0.05  # s
+SLIDERS = 3
 SLIDER_NAMES = tuple(f"slider {number}" for number in range(1, SLIDERS + 1))
+# Heights, velocities and accelerations: titles, and how many of their units make one of SI.
+QUANTITIES = (
+    ("Heights [mm], last 10 s", 1000.0),
+    ("Velocities [mm/s]", 1000.0),
+    ("Accelerations [m/s²]", 1.0),
+)
+MARGIN = 0.06  # of the range between the limits, beyond them
+LEAST_LAG = 0.1  # mm
+# Heights, velocities, accelerations, and measured less commanded heights of the sliders.
+RECORDED = 4 * SLIDERS
+
+
+def limits_of(facts: MachineFacts) -> FloatArray:
+    """Return what bounds heights, velocities and accelerations. Shape (3, 6) [m, m/s, m/s^2]."""
+    velocity, acceleration = (
+        np.array(each) for each in (facts.limits.velocity, facts.limits.acceleration)
+    )
+    pairs = (facts.travel, (-velocity, velocity), (-acceleration, acceleration))
+    return np.array([np.concatenate(pair) for pair in pairs])
 
 
 class Curves:
-    """Heights, velocities and accelerations of the last 10 s.
+    """Heights, velocities and accelerations of the last 10 s, or of a recording.
 
     All calls come from one thread.
 
     Attributes:
         plots: of heights, velocities and accelerations.
-        history: takes in samples, at any rate.
+        lag: plot of how far measured heights were from commanded ones, of a recording only.
         recorded: drawn in place of the last 10 s; None for these.
     """
 
-    def __init__(self, gui: GuiApi, limits: CurveLimits) -> None:
-        """Add the plots to the container of ``gui`` that is open."""
-        self._gui = gui
-        self.history = History()
-        self._limits = limits
+    def __init__(self, gui: GuiApi) -> None:
+        """Add the plots to the open container of ``gui``; they are seen when they are drawn."""
         self.recorded: History | None = None
+        self._history = History(len(QUANTITIES) * SLIDERS, SPAN, BIN)
+        self._last: tuple[float, object] = -math.inf, None
         self._pace = Pace(REDRAWN_AFTER)
-        gui.add_html(_legend((*SLIDER_NAMES, "limit"), (*COLOURS, LIMIT_COLOUR)))
-        self.plots = [self._add(plot) for plot in _PLOTS]
+        self.lag = Plot(gui, "Measured less commanded [mm]", SLIDER_NAMES, SPAN, width=1.5)
+        self._legend = _add_legend(gui, (*SLIDER_NAMES, "limit"))
+        self.plots = [
+            Plot(gui, title, SLIDER_NAMES, SPAN, width=1.5, limits=2 * SLIDERS)
+            for title, _ in QUANTITIES
+        ]
 
-    def set_limits(self, limits: CurveLimits) -> None:
-        """Draw other limits from now on; called where the container is open again."""
-        if limits == self._limits:
-            return
-        self._limits = limits
-        for index, plot in enumerate(_PLOTS):
-            order = self.plots[index].order
-            self.plots[index].remove()
-            self.plots[index] = self._add(plot, order)
+    def take(self, samples: Iterable[tuple[float, SliderState]]) -> None:
+        """Take in samples with their times [s], a little late at most.
 
-    def draw(self, time: float) -> None:
-        """Draw if it is time to, and let the curves go on to ``time`` [s] if no samples come."""
+        A clock that goes back starts anew. Between two equal samples nothing has moved: if the
+        second is late, there is no hole.
+        """
+        times: list[float] = []
+        rows: list[SliderState] = []
+        for moment, motion in samples:
+            then, last = self._last
+            self._last = moment, motion
+            is_late = motion == last and moment - then < LATEST
+            between = np.arange(then + BIN, moment, BIN).tolist() if is_late else []
+            times += [*between, moment]
+            rows += [motion] * (len(between) + 1)
+        if times:
+            self._history.add(np.array(times), np.array(rows).reshape(len(rows), -1))
+
+    def draw(self, time: float, facts: MachineFacts) -> None:
+        """Draw if it is time to, and let the curves go on to ``time`` [s] if no samples come.
+
+        The limits are those of the ``facts``.
+        """
         if not self._pace.is_due(time):
             return
-        self.history.advance(time)
-        for plot, handle in zip(_PLOTS, self.plots):
-            _send(handle, self._columns(plot))
-
-    def _columns(self, plot: _Plot) -> tuple[FloatArray, ...]:
-        """Return ages, curves and limits as columns of equal length."""
-        ages = self.history.ages
-        curves = (self.recorded or self.history).values(plot.quantity) * plot.scale
-        limits = (np.full(ages.size, limit) for limit in self._limits_of(plot))
-        return ages, *curves, *limits
-
-    def _limits_of(self, plot: _Plot) -> list[float]:
-        """Return the limits in the unit of a plot, each once, ascending."""
-        limits = self._limits
-        if plot.quantity == HEIGHTS:
-            ends = {*limits.lower_heights, *limits.upper_heights}
+        self._history.advance(time)
+        history = self.recorded or self._history
+        ages = history.ages
+        quantities = farthest(history.extremes).reshape(-1, SLIDERS, len(ages))
+        for plot, values, bounds, (_, scale) in zip(
+            self.plots, quantities, limits_of(facts), QUANTITIES
+        ):
+            ends = scale * bounds
+            margin = MARGIN * float(np.ptp(ends))
+            lines = (np.full(len(ages), end) for end in ends)
+            # The range is fixed: how near a curve is to its limits is seen at a glance.
+            between = float(ends.min()) - margin, float(ends.max()) + margin
+            plot.show((ages, *(scale * values), *lines), between)
+        self._legend.visible = True
+        if self.recorded is None:
+            self.lag.handle.visible = False
         else:
-            largest = limits.velocities if plot.quantity == VELOCITIES else limits.accelerations
-            ends = {*(-limit for limit in largest), *largest}
-        return sorted(end * plot.scale for end in ends)
-
-    def _add(self, plot: _Plot, order: float | None = None) -> GuiUplotHandle:
-        limits = self._limits_of(plot)
-        margin = MARGIN * (limits[-1] - limits[0])
-        lines = (Series(label="limit", stroke=LIMIT_COLOUR, dash=(6, 4)) for _ in limits)
-        # The range is fixed: how near a curve is to its limits is seen at a glance.
-        scale = (limits[0] - margin, limits[-1] + margin)
-        columns = self._columns(plot)
-        series = (*_series(SLIDER_NAMES, 1.5), *lines)
-        return _add_plot(self._gui, plot.title, columns, series, scale, SPAN, order)
+            lag = 1000.0 * quantities[-1]
+            most = 1.1 * float(np.fmax(np.abs(lag), LEAST_LAG).max())
+            self.lag.show((ages, *lag), (-most, most))
 
 
-LEAST_LAG = 0.1  # mm
-
-
-class LagPlot:
-    """How far measured heights were from commanded ones, hidden where nothing recorded is drawn."""
-
-    def __init__(self, gui: GuiApi) -> None:
-        """Add the plot to the open container of ``gui``."""
-        columns, scale = (np.array((-SPAN, 0.0)), *np.zeros((SLIDERS, 2))), (-LEAST_LAG, LEAST_LAG)
-        title, series = "Measured less commanded [mm]", _series(SLIDER_NAMES, 1.5)
-        self._plot = _add_plot(gui, title, columns, series, scale, SPAN)
-        self._plot.visible = False
-
-    def show(self, lag: History | None) -> None:
-        """Draw a ``lag`` [m], which stands where velocities do; None hides the plot."""
-        self._plot.visible = lag is not None
-        if lag is not None:
-            curves: list[FloatArray] = [1000.0 * each for each in lag.values(VELOCITIES)]
-            most = 1.1 * float(np.fmax(np.abs(curves), LEAST_LAG).max())
-            self._plot.scales = _scales((-most, most), SPAN)
-            self._plot.data = (np.asarray(lag.ages), *curves)
-
-
+SWING_SPAN = 4.0  # s
+# A swing of 60 Hz, which is a fast one, has four of them in a period [s].
+SWING_BIN = 0.004
 AXIS_NAMES = ("x", "y", "z")
 # The range of the plot of a swing, above and below zero, is at least and at most so large [m/s^2].
 LEAST_RANGE, MOST_RANGE = 0.5, 1e6
 # A curve that is less than half a pixel from zero is drawn as a straight line [m/s^2].
 LEAST_SEEN = LEAST_RANGE / PLOT_HEIGHT
-FLAT = (np.array((-SWING_SPAN, 0.0)), *np.zeros((AXES, 2)))
+FLAT = (np.array((-SWING_SPAN, 0.0)), *np.zeros((len(AXIS_NAMES), 2)))
 
 
 class SwingCurves:
@@ -379,50 +298,49 @@ class SwingCurves:
 
     Attributes:
         plot: of them.
-        history: takes in samples, at any rate.
     """
 
     def __init__(self, gui: GuiApi) -> None:
         """Add the plot to the open container of ``gui``."""
-        self.history = SwingHistory()
+        self._history = History(len(AXIS_NAMES), SWING_SPAN, SWING_BIN)
         self._pace = Pace(REDRAWN_AFTER)
-        self._range = math.nan
-        self._legend = gui.add_html(_legend(AXIS_NAMES, COLOURS), visible=False)
+        self._legend = _add_legend(gui, AXIS_NAMES)
         title = f"Acceleration [m/s²], last {SWING_SPAN:g} s"
-        columns, scale = self._columns(), (-LEAST_RANGE, LEAST_RANGE)
-        series = _series(AXIS_NAMES, 1.0)
-        self.plot = _add_plot(gui, title, columns, series, scale, span=SWING_SPAN)
-        self.plot.visible = False
+        self.plot = Plot(gui, title, AXIS_NAMES, SWING_SPAN)
+
+    def take(self, times: FloatArray, accelerations: FloatArray) -> None:
+        """Take in samples; those that are not finite are left out.
+
+        Args:
+            times: of a steady clock. Shape (m,) [s].
+            accelerations: Shape (m, 3) [m/s^2].
+        """
+        finite = np.isfinite(accelerations).all(axis=1)
+        if finite.any():
+            self._history.add(times[finite], accelerations[finite])
 
     def draw(self, time: float) -> bool:
         """Draw if it is time to; return whether there is something to see."""
         if self._pace.is_due(time):
-            self.history.advance(time)
-            columns = self._columns()
-            is_told = len(columns[0]) > 0
-            if is_told:
-                largest = float(np.abs(columns[1:]).max())
-                self._fit(largest)
-                _send(self.plot, columns if largest > LEAST_SEEN else FLAT)
-            self._legend.visible = self.plot.visible = is_told
-        return self.plot.visible
+            self._history.advance(time)
+            extremes = self._history.extremes
+            # A sensor may tell less often than there are bins.
+            told = np.isfinite(extremes[0, 0])
+            self._legend.visible = self.plot.handle.visible = bool(told.any())
+            if told.any():
+                self._show(self._history.ages[told], extremes[..., told])
+        return self.plot.handle.visible
 
-    def _columns(self) -> tuple[FloatArray, ...]:
-        """Return ages and accelerations as columns of equal length, without empty bins.
-
-        A sensor may tell less often than there are bins.
-        """
-        values = self.history.values()
-        told = np.isfinite(values[0])
-        return self.history.ages[told], *values[:, told]
-
-    def _fit(self, largest: float) -> None:
-        """Choose the range: a power of two, so that it changes seldom."""
+    def _show(self, ages: FloatArray, extremes: FloatArray) -> None:
+        # The constant part of an axis, which is gravity and the error of the sensor, is the median:
+        # that of a machine that rests for half of the time is what it feels at rest.
+        middle = 0.5 * extremes[0] + 0.5 * extremes[1]
+        swing = farthest(extremes - np.median(middle, axis=1, keepdims=True))
+        largest = float(np.abs(swing).max())
+        # A power of two, so that the range changes seldom.
         _, exponent = math.frexp(min(max(largest, LEAST_RANGE), MOST_RANGE))
-        needed = math.ldexp(1.0, exponent)
-        if needed != self._range:
-            self._range = needed
-            self.plot.scales = _scales((-needed, needed), SWING_SPAN)
+        most = math.ldexp(1.0, exponent)
+        self.plot.show((ages, *swing) if largest > LEAST_SEEN else FLAT, (-most, most))
 
 
 # The tab with the measured swing of the platform, and the shaper that calms it.
@@ -487,17 +405,17 @@ class SwingTab:
         self._silence = gui.add_html(note(NOT_HEARD))
         self.curves = SwingCurves(gui)
         with gui.add_folder("Shaper"):
-            self._shaper = OperatorsInput(requests, gui.add_dropdown("Kind", SHAPERS))
+            self._shaper = requests.field(gui.add_dropdown("Kind", SHAPERS))
             self._modes = [
                 [
-                    OperatorsNumber(requests, f"{name} [{unit}]", number, least=0.0)
+                    requests.number(f"{name} [{unit}]", number, least=0.0)
                     for unit, number in (("Hz", 15.0), ("% damping", 5.0))
                 ]
                 for name in ("Mode", "2nd")
             ]
-            self._has_second = OperatorsInput(requests, gui.add_checkbox("A second mode", False))
+            self._has_second = requests.field(gui.add_checkbox("A second mode", False))
             look = {"color": "blue", "icon": viser.Icon.WAVE_SINE}
-            add_button(requests, "Set", self._set, **look)
+            requests.button("Set", self._set, **look)
             self._words = gui.add_html("")
 
     def show(self, facts: MachineFacts | None, *, waits: bool) -> None:
@@ -526,7 +444,7 @@ class SwingTab:
         if len(samples):
             stamps = samples[:, 0]
             times = stamps + self._times.offset(float(stamps[-1]), now)
-            self.curves.history.add(times, samples[:, 1:])
+            self.curves.take(times, samples[:, 1:])
         self._silence.visible = not self.curves.draw(now)
 
     @property

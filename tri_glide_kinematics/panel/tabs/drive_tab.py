@@ -11,18 +11,16 @@ from typing import Any
 import viser
 
 from tri_glide_kinematics.control import TEACH_SPEED, OperatingState
-from tri_glide_kinematics.panel.inputs import (
-    OperatorsInput,
-    OperatorsNumber,
-    ScaleSlider,
-    SpeedFields,
-    add_button,
-    add_buttons,
-)
 from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.machine_scene import view_of
-from tri_glide_kinematics.panel.operator_requests import RENEWALS, Event, OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import (
+    Event,
+    OperatorRequests,
+    ScaleSlider,
+    SpeedFields,
+)
+from tri_glide_kinematics.panel.operators import RENEWALS
 from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.panel.words import note
 from tri_glide_kinematics.vectors import Vector3, plus, scaled, three
@@ -73,9 +71,9 @@ class DriveTab:
         self._machine = machine
         link = requests.link
         powers = {name: partial(link.enable, name == "enable") for name in ("enable", "disable")}
-        add_buttons(requests, "Machine", powers)
+        requests.buttons("Machine", powers)
         motions = {name: partial(link.trigger, name) for name in ("pause", "resume")}
-        add_buttons(requests, "Motion", motions)
+        requests.buttons("Motion", motions)
         self._teach: Any = gui.add_checkbox("Teach mode", False, hint=TEACH_HINT)
         self._is_teaching = False
         # Facts by which the teach mode was shown.
@@ -83,27 +81,25 @@ class DriveTab:
         self._teach.on_update(self._set_teach_mode)
         self._scale = ScaleSlider(requests, "Speed", 100, "speed_scale")
         modes = {mode: partial(self._set_mode, mode) for mode in (HOLD, *STEPS, OWN)}
-        add_buttons(requests, "Jog [mm]", modes)
-        self._own_step = OperatorsNumber(
-            requests, "Own step [mm]", USUAL_STEP, least=SMALLEST_STEP, most=LARGEST_STEP
+        requests.buttons("Jog [mm]", modes)
+        self._own_step = requests.number(
+            "Own step [mm]", USUAL_STEP, least=SMALLEST_STEP, most=LARGEST_STEP
         )
-        self._speed = OperatorsNumber(
-            requests, "Jog [mm/s]", USUAL_JOG, least=SLOWEST_JOG, most=FASTEST_JOG
-        )
+        self._speed = requests.number("Jog [mm/s]", USUAL_JOG, least=SLOWEST_JOG, most=FASTEST_JOG)
         self._mode = HOLD
         self._state: OperatingState | None = None
         self._buttons = [self._pad_button(direction) for _, direction, _ in filter(None, PAD)]
         keys = gui.add_checkbox("Keys, gamepad", False, hint=KEYS_HINT)
-        self._keys = OperatorsInput(requests, keys, lambda _: self._show_pad())
+        self._keys = requests.field(keys, lambda _: self._show_pad())
         self._pad, self._on = gui.add_html(""), gui.add_html("")
         self._show_pad()
         self._show_on()
         with gui.add_folder("Go to"):
-            self._place = [OperatorsNumber(requests, f"{axis} [mm]", 0.0) for axis in "xyz"]
+            self._place = [requests.number(f"{axis} [mm]", 0.0) for axis in "xyz"]
             self._go_speed = SpeedFields(requests, "at [mm/s]", SPEED_HINT)
             look = {"color": "blue", "icon": viser.Icon.PLAYER_PLAY}
-            add_button(requests, "Go", self._go, **look)
-            add_button(requests, "Take the present position", self._take_present)
+            requests.button("Go", self._go, **look)
+            requests.button("Take the present position", self._take_present)
         self._present: Vector3 | None = None
         gui.add_button_group("View", tuple(VIEWS)).on_click(self._look)
 

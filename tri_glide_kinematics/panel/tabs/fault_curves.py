@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections import deque
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from threading import Thread
 
 import numpy as np
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.inputs import OperatorsInput, add_button
-from tri_glide_kinematics.panel.link import MachineFacts
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import (
+    OperatorRequests,
+)
 from tri_glide_kinematics.panel.programs import send_file
-from tri_glide_kinematics.panel.tabs.curves import Curves, History, LagPlot
+from tri_glide_kinematics.panel.tabs.curves import BIN, RECORDED, SPAN, Curves, History
 from tri_glide_kinematics.panel.viser_parts import uuid_of
 from tri_glide_kinematics.panel.words import FAULT, note
 from tri_glide_kinematics.recordings import (
@@ -24,6 +23,7 @@ from tri_glide_kinematics.recordings import (
     fault_recordings,
     load_recording,
 )
+from tri_glide_kinematics.vectors import Vector3
 
 NOW = "the last 10 s"
 
@@ -32,23 +32,27 @@ class FaultCurves:
     """The choice of what is drawn on the tab *Curves*."""
 
     def __init__(self, requests: OperatorRequests) -> None:
-        """Add it to the open container of the page."""
+        """Add it, and the curves below it, to the open container of the page."""
         gui = requests.gui
         self._requests = requests
         self._files: dict[str, Path] | None = None
+        self._offsets: Vector3 = (0.0, 0.0, 0.0)
         self._choice = gui.add_dropdown("Curves of", (NOW,))
-        self._input = OperatorsInput(requests, self._choice, self._choose)
+        self._input = requests.field(self._choice, self._choose)
         label = "Download the recording"
-        self._download = add_button(requests, label, self._send, visible=False)
+        self._download = requests.button(label, self._send, visible=False)
         self._words = gui.add_html("")
-        self._lag = LagPlot(gui)
-        self._offsets = np.zeros(3)
+        self.curves = Curves(gui)
         self._chosen = NOW
-        # What a thread has read: the name, its words, motion and lag.
-        self._read: deque[tuple[str, str, History | None, History | None]] = deque()
+        self._reader = ThreadPoolExecutor(1)
+        self._reading: Future[tuple[History, str]] | None = None
 
-    def look(self) -> None:
-        """Offer the recordings that there are, and tell of a new one."""
+    def look(self, offsets: Vector3) -> None:
+        """Offer the recordings that there are, and tell of a new one.
+
+        The ``offsets`` are what true heights have beyond reported ones. Shape (3,) [m].
+        """
+        self._offsets = offsets
         files: dict[str, Path] = {}
         with suppress(KinematicsError, OSError):
             namespace = self._requests.link.server.rpartition("/")[0]
@@ -59,24 +63,16 @@ class FaultCurves:
         self._files = files
         for name in reversed(new):
             show = partial(self._show, name)
-            shown = add_button(self._requests, "recording", show, visible=False)
+            shown = self._requests.button("recording", show, visible=False)
             text = "the seconds before the fault are recorded"
             self._requests.history.add(FAULT, text, press=uuid_of(shown))
         self._choice.options = (NOW, *files)
         self._show(self._chosen if self._chosen in files else NOW)
 
-    def draw(self, curves: Curves, facts: MachineFacts) -> None:
-        """Let ``curves`` draw what is chosen, once it is read."""
-        self._offsets = np.array(facts.values["height_offsets"])
-        if not self._read:
-            return
-        name, words, motion, lag = self._read.popleft()
-        if name != self._chosen:
-            return
-        curves.recorded = motion
-        self._words.content = note(words) if words else ""
-        self._download.visible = name != NOW
-        self._lag.show(lag)
+    def step(self) -> None:
+        """Have drawn what is chosen, once it is read."""
+        if self._reading is not None and self._reading.done():
+            self._take(*self._reading.result())
 
     def _show(self, name: str) -> None:
         self._input.set(name)
@@ -87,31 +83,33 @@ class FaultCurves:
             return
         self._chosen = name
         if file := (self._files or {}).get(name):
-            Thread(target=self._load, args=(name, file), daemon=True).start()
+            self._reading = self._reader.submit(_read, file, self._offsets)
         else:
-            self._read.append((NOW, "", None, None))
+            self._take(None, "")
 
-    def _load(self, name: str, file: Path) -> None:
-        motion, lag = History(), History()
-        try:
-            recording = load_recording(file, ())
-            with file.open(encoding="utf-8") as stream:
-                words = stream.readline().lstrip("# ").strip()
-            velocities = recording.velocities
-            if velocities is None or recording.measured is None:
-                raise RecordingError(file, "", "has no velocities or no measured heights")
-            heights = recording.heights + self._offsets
-            apart = recording.measured - recording.heights
-            accelerations = np.gradient(velocities, recording.stamps, axis=0)
-            for time, *numbers, lags in zip(
-                recording.stamps.tolist(), heights, velocities, accelerations, apart
-            ):
-                motion.add(time, *numbers)
-                lag.add(time, lags, lags, lags)
-        except (KinematicsError, OSError, ValueError) as error:
-            words = f"not drawn: {error}"
-        self._read.append((name, words, motion, lag))
+    def _take(self, recorded: History | None, words: str) -> None:
+        self._reading, self.curves.recorded = None, recorded
+        self._words.content = note(words) if words else ""
+        self._download.visible = recorded is not None
 
     def _send(self) -> None:
         if file := (self._files or {}).get(self._chosen):
             send_file(self._requests, file)
+
+
+def _read(file: Path, offsets: Vector3) -> tuple[History, str]:
+    """Return what a recording has, and its words, or why it cannot be drawn."""
+    history = History(RECORDED, SPAN, BIN)
+    try:
+        recording = load_recording(file, ())
+        with file.open(encoding="utf-8") as stream:
+            words = stream.readline().lstrip("# ").strip()
+        velocities = recording.velocities
+        if velocities is None or recording.measured is None:
+            raise RecordingError(file, "", "has no velocities or no measured heights")
+        heights, lag = recording.heights + offsets, recording.measured - recording.heights
+        accelerations = np.gradient(velocities, recording.stamps, axis=0)
+        history.add(recording.stamps, np.hstack((heights, velocities, accelerations, lag)))
+    except (KinematicsError, OSError, ValueError) as error:
+        words = f"not drawn: {error}"
+    return history, words

@@ -6,7 +6,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,6 @@ from tri_glide_kinematics.panel.machine import Pose, ShownMachine, pose_of
 from tri_glide_kinematics.panel.machine_scene import Scene, view_of
 from tri_glide_kinematics.panel.operator_requests import OperatorRequests
 from tri_glide_kinematics.panel.pace import Pace
-from tri_glide_kinematics.panel.tabs.curves import CurveLimits, Curves
 from tri_glide_kinematics.panel.tabs.fault_curves import FaultCurves
 from tri_glide_kinematics.panel.tabs.machine_map import MachineMap
 from tri_glide_kinematics.panel.tabs.pick_view import PickView
@@ -34,42 +33,15 @@ from tri_glide_kinematics.panel.words import bar, note, table
 from tri_glide_kinematics.vectors import FloatArray, Vector3, three
 from tri_glide_kinematics.workspace import edge_rings
 
-
-@dataclass
-class Drag:
-    """A drag by the page with the controls; what others do to the handle does not count.
-
-    Attributes:
-        place: where the handle belongs [m].
-        page: that drags it, None if it is let go.
-    """
-
-    place: Vector3 = (0.0, 0.0, 0.0)
-    page: int | None = None
-
-    def begin(self, page: int) -> None:
-        """Note that the page with the controls has taken it."""
-        self.page = page
-
-    def move(self, page: int, place: Vector3) -> None:
-        """Note where a ``page`` has moved it [m]."""
-        if self.page == page:
-            self.place = place
-
-    def end(self, page: int) -> Vector3 | None:
-        """Return where a ``page`` has let it go [m], None if it was not the one that dragged it."""
-        if self.page != page:
-            return None
-        self.page = None
-        return self.place
-
-
 # A handle that is nobody's follows the machine in steps of this [m].
 HANDLE_STEP = 0.001
 
 
 class GoToHandle:
-    """The handle: it sends a target when it is released, and says beside it if that is refused."""
+    """The handle: it sends a target when it is released, and says beside it if that is refused.
+
+    A page with the controls drags it. What others do to it does not count.
+    """
 
     def __init__(
         self,
@@ -81,7 +53,9 @@ class GoToHandle:
         server = requests.server
         self._requests = requests
         self._move_to = move_to
-        self._drag = Drag()
+        # Where it belongs [m], and the page that drags it.
+        self._place: Vector3 = (0.0, 0.0, 0.0)
+        self._page: int | None = None
         self._asked: Vector3 | None = None
         self._handle = server.scene.add_transform_controls(
             "/go_to", scale=size, disable_rotations=True, depth_test=False, visible=False
@@ -101,30 +75,29 @@ class GoToHandle:
             self._label.text = refusal
             self._label.position = self._asked or (0.0, 0.0, 0.0)
             self._label.visible = bool(refusal)
-        if position is None or self._drag.page is not None or refusal:
+        if position is None or self._page is not None or refusal:
             return
         if math.dist(self._handle.position, position) > HANDLE_STEP:
-            self._drag.place = position
-            self._handle.position = position
-        if not self._handle.visible:
-            self._handle.visible = True
+            self._place = self._handle.position = position
+        self._handle.visible = True
 
     async def _on_update(self, event: Any) -> None:
         # viser tells of the end of a drag when a page vanishes, too: that is no wish to move.
-        page, drag = event.client_id, self._drag
+        page = event.client_id
         is_there = page in self._requests.server.get_clients()
         if event.phase == "end" or not is_there:
-            place = drag.end(page)
-            if is_there and self._requests.may(page) and place is not None:
-                target = place
-                self._requests.wish(lambda: self._go(target))
+            target = self._place if page == self._page else None
+            if target is not None:
+                self._page = None
+            if is_there and self._requests.may(page) and target is not None:
+                self._requests.wish(partial(self._go, target))
         elif self._requests.controls.holder != page:
-            self._handle.position = drag.place
+            self._handle.position = self._place
         elif event.phase == "start":
-            drag.begin(page)
+            self._page = page
             self._asked = None
-        else:
-            drag.move(page, three(self._handle.position))
+        elif page == self._page:
+            self._place = three(self._handle.position)
 
     def _go(self, position: Vector3) -> None:
         self._asked = position
@@ -258,7 +231,6 @@ class LiveView:
         self._drawn: MachineFacts | None = None
         self._scene: Scene | None = None
         self._handle: GoToHandle | None = None
-        self._curves: Curves | None = None
         self._shaping: Any = None
         self._times = SteadyTimes()
         self._curves_at = 0.0
@@ -272,9 +244,9 @@ class LiveView:
             self._numbers = server.gui.add_html(note("no machine yet"))
             self._picking = PickView(server)
             self._map = MachineMap(requests, measurements)
-        self._curves_tab = tabs.add_tab("Curves")
-        with self._curves_tab:
+        with tabs.add_tab("Curves"):
             self._faults = FaultCurves(requests)
+        self._curves = self._faults.curves
 
     def step(self) -> None:
         """Follow the facts of the machine: a page that is opened begins with them."""
@@ -286,12 +258,6 @@ class LiveView:
     def _show_machine(self, facts: MachineFacts) -> None:
         """Put a machine into the scene, if another one or none is there."""
         self._map.show_machine(facts)
-        limits = CurveLimits(*facts.travel, facts.limits.velocity, facts.limits.acceleration)
-        with self._curves_tab:
-            if self._curves is None:
-                self._curves = Curves(self._requests.server.gui, limits)
-            else:
-                self._curves.set_limits(limits)
         if self._drawn is not None and self._drawn.is_same_machine(facts):
             return
         self._drawn = facts
@@ -307,13 +273,18 @@ class LiveView:
         self._shaping = edge_rings(facts.workspace)
 
     def draw(self) -> None:
-        """Show where everything is by now, if a machine is known."""
-        facts, feeds = self._machine.facts, self._machine.feeds
+        """Show where everything is by now, if a machine was ever known.
+
+        One that has gone is nowhere, and its curves go on.
+        """
+        facts, feeds = self._facts, self._machine.feeds
         scene, handle = self._scene, self._handle
         if facts is None or scene is None or handle is None:
             return
-        setpoint = feeds.motion.commanded
-        measured = pose_of(feeds.motion.measured, facts)
+        setpoint, heights = feeds.motion.commanded, feeds.motion.measured
+        if self._machine.facts is None:
+            setpoint = heights = None
+        measured = pose_of(heights, facts)
         commanded = pose_of(setpoint.heights if setpoint is not None else None, facts)
         machines = ((scene.measured, measured), (scene.commanded, commanded))
         # viser looks for what there is to be sent at the end of each block.
@@ -330,30 +301,32 @@ class LiveView:
         is_idle = feeds.status.state is IDLE
         handle.follow(commanded.position if is_idle and commanded else feeds.target)
         self._draw_curves(facts, feeds.motion)
-        if measured is not None:
+        if measured is None:
+            self._numbers.content = note("no heights of the sliders are measured")
+        else:
             self._draw_trace(scene, measured.position)
             self._draw_numbers(facts, measured, feeds)
         self._shape(scene)
         self._map.draw()
 
     def _draw_curves(self, facts: MachineFacts, feed: MotionFeed) -> None:
-        if self._curves is None:
-            return
         now = time.monotonic()
+        samples = []
         for motion in feed.unseen:
             moment = motion.stamp + self._times.offset(motion.stamp, now)
             if motion.commanded is not None and moment > self._curves_at:
                 self._curves_at = moment
-                self._curves.history.add(moment, *motion.commanded)
+                samples.append((moment, motion.commanded))
+        self._curves.take(samples)
         feed.unseen.clear()
         # In silence they go on, too.
         if now - self._curves_at > LARGEST_LAG:
             self._curves_at = now
         if self._faults_pace.is_due():
-            self._faults.look()
-        self._faults.draw(self._curves, facts)
+            self._faults.look(facts.values["height_offsets"])
+        self._faults.step()
         if self._shows("Curves"):
-            self._curves.draw(self._curves_at)
+            self._curves.draw(self._curves_at, facts)
 
     def _draw_trace(self, scene: Scene, position: Vector3) -> None:
         if not self._trace or math.dist(self._trace[-1], position) > TRACE_STEP:

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from tri_glide_kinematics.calibration import Calibration, load_measurements
 from tri_glide_kinematics.calibration.session import solved
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.inputs import OperatorsInput, OperatorsNumber
 from tri_glide_kinematics.panel.link import MachineFacts
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import (
+    OperatorRequests,
+)
 from tri_glide_kinematics.panel.program_reading import Mark, mark_of
 from tri_glide_kinematics.panel.words import legend, note
 from tri_glide_kinematics.sizing import Maps, level_corners, maps
@@ -179,13 +180,13 @@ class MachineMap:
             drive = gui.add_folder("Each drive")
             with drive:
                 self._drive = [
-                    OperatorsNumber(requests, label, number, least=0.0, on_change=self._change)
+                    requests.number(label, number, least=0.0, on_change=self._change)
                     for label, number in USUAL_DRIVE.items()
                 ]
             self._legend = gui.add_html("")
         self._slider, self._fields = height, (height, drive)
         self._kind, self._height = (
-            OperatorsInput(requests, handle, self._change) for handle in (show, height)
+            requests.field(handle, self._change) for handle in (show, height)
         )
         self._show_fields()
 

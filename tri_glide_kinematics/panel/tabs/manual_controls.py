@@ -16,15 +16,12 @@ import viser
 from tri_glide_kinematics.control import IDLE, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.keys import load_text
-from tri_glide_kinematics.panel.inputs import (
-    OperatorsInput,
-    OperatorsNumber,
-    add_button,
-    add_buttons,
-)
 from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.machine import ShownMachine
-from tri_glide_kinematics.panel.operator_requests import Event, OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import (
+    Event,
+    OperatorRequests,
+)
 from tri_glide_kinematics.panel.program_reading import mark_of
 from tri_glide_kinematics.panel.programs import ChosenProgram
 from tri_glide_kinematics.panel.tabs.runs import OutputKey, Runs
@@ -50,7 +47,8 @@ from tri_glide_kinematics.programs import (
 from tri_glide_kinematics.vectors import Vector3, minus
 
 MOST_LINES = 30  # in the history
-MOST_OUTPUTS = 12  # that are shown
+# Outputs that have a switch, and those that are shown: anybody may tell of others.
+MOST_SWITCHES, MOST_VALUES = 12, 100
 MOST_BUTTONS = 24
 LONGEST_NAME = 24  # characters, of a button
 SAME_PLACE = 1e-7  # m, and of a speed at rest m/s
@@ -171,8 +169,8 @@ class TypedLines:
         """Show what was typed, and what is done with it."""
         lines = escape(json.dumps(list(self.lines)))
         words = self._driver.words
-        _put(self._history, f'<span hidden data-lines="{lines}"></span>')
-        _put(self._told, note(words) if words else "")
+        self._history.content = f'<span hidden data-lines="{lines}"></span>'
+        self._told.content = note(words) if words else ""
 
     async def _take(self, event: Event) -> None:
         text = event.target.value.strip()
@@ -213,13 +211,13 @@ class OwnButtons:
         # Above what changes its height: a button must not move under the finger.
         self._folder = gui.add_folder("Own buttons", expand_by_default=self._file.exists())
         with self._folder:
-            self._name = OperatorsInput(requests, gui.add_text("Button", ""))
+            self._name = requests.field(gui.add_text("Button", ""))
             actions = {
                 "newest line": lambda: self._make(self._line_text),
                 "chosen file": lambda: self._make(self._file_text),
                 "remove": self._remove,
             }
-            add_buttons(requests, "Own", actions)
+            requests.buttons("Own", actions)
 
     def step(self) -> None:
         """Show those of the file, if they have changed.
@@ -241,7 +239,7 @@ class OwnButtons:
             if name not in self._buttons:
                 drive = partial(self._driver.drive, text, name)
                 with self._folder:
-                    button = add_button(self._requests, name, drive)
+                    button = self._requests.button(name, drive)
                 self._buttons[name] = text, button
 
     def _remove(self) -> None:
@@ -291,12 +289,12 @@ class WorkZero:
         # Those in force, and the marks of the files that say so.
         self._zeros: dict[str, Vector3] = {}
         self._marks: object = None
-        self._name = OperatorsInput(requests, gui.add_dropdown("Offset", WORK_OFFSETS))
-        self._value = OperatorsNumber(requests, "This place is [mm]", 0.0)
+        self._name = requests.field(gui.add_dropdown("Offset", WORK_OFFSETS))
+        self._value = requests.number("This place is [mm]", 0.0)
         actions: dict[str, Callable[[], None]] = {
             name: partial(self._set, axes) for name, axes in AXES.items()
         }
-        add_buttons(requests, "Set", {**actions, "clear": self._clear})
+        requests.buttons("Set", {**actions, "clear": self._clear})
         self._text = gui.add_html("")
 
     def step(self) -> None:
@@ -313,7 +311,7 @@ class WorkZero:
     def show(self) -> None:
         """Show the chosen offset."""
         zero = position_text(self._zeros.get(self._name.value, (0.0, 0.0, 0.0)))
-        _put(self._text, note(f"its zero: {zero}"))
+        self._text.content = note(f"its zero: {zero}")
 
     @property
     def text(self) -> str:
@@ -356,7 +354,7 @@ class Outputs:
         self._boxes: dict[OutputKey, Any] = {}
         self._folder = gui.add_folder("Outputs", expand_by_default=False)
         with self._folder:
-            self._speed = OperatorsNumber(requests, "M3, or M4 if < 0 [1/min]", 1000.0)
+            self._speed = requests.number("M3, or M4 if < 0 [1/min]", 1000.0)
             self._values = gui.add_html("")
         for key in USUAL:
             self._add_switch(key)
@@ -364,14 +362,13 @@ class Outputs:
     def show(self) -> None:
         """Show what was told last of each."""
         told = self._machine.feeds.outputs
-        _put(self._values, table((_name(key), f"{told[key][1]:g}") for key in told))
-        for key in tuple(told)[:MOST_OUTPUTS]:
+        shown = tuple(told)[:MOST_VALUES]
+        self._values.content = table((_name(key), f"{told[key][1]:g}") for key in shown)
+        for key in shown[:MOST_SWITCHES]:
             if key not in self._boxes:
                 self._add_switch(key)
         for key, box in self._boxes.items():
-            is_on = bool(told.get(key, (0, 0.0))[1])
-            if box.value != is_on:
-                box.value = is_on
+            box.value = bool(told.get(key, (0, 0.0))[1])
 
     def _add_switch(self, key: OutputKey) -> None:
         with self._folder:
@@ -443,12 +440,6 @@ class ManualControls:
 
     def _newest_line(self) -> str:
         return self._typed.lines[0] if self._typed.lines else ""
-
-
-def _put(html: viser.GuiHtmlHandle, content: str) -> None:
-    """Show a ``content``, which is sent only if it is another one."""
-    if html.content != content:
-        html.content = content
 
 
 def _proved(

@@ -32,8 +32,7 @@ class PickView:
         if state is None or state is self._shown:
             return
         self._shown = state
-        if not self._folder.visible:
-            self._folder.visible = True
+        self._folder.visible = True
         # A zero has no sign.
         speed = round(1000.0 * state.belt_velocity, 1) + 0.0
         self._table.content = table(

@@ -6,7 +6,6 @@ import json
 import re
 from collections import deque
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,15 +15,8 @@ import yaml
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import replace_file
 from tri_glide_kinematics.keys import load_yaml
-from tri_glide_kinematics.panel.inputs import (
-    OperatorsInput,
-    OperatorsNumber,
-    SpeedFields,
-    add_button,
-    add_buttons,
-)
 from tri_glide_kinematics.panel.machine import ShownMachine
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import OperatorRequests, SpeedFields
 from tri_glide_kinematics.panel.words import note, table
 from tri_glide_kinematics.programs import DriveFileError, PathStep, load_drive
 from tri_glide_kinematics.vectors import Vector3, three
@@ -152,36 +144,33 @@ class PointsTab:
         gui = requests.gui
         self.points: tuple[Point, ...] = ()
         self._back: deque[tuple[Point, ...]] = deque(maxlen=STEPS_BACK)
-        self._requests = requests
         self._given = file
         self._folder = file.parent
         self._machine = machine
-        button = partial(add_button, requests)
-        buttons = partial(add_buttons, requests)
+        button, buttons = requests.button, requests.buttons
         button("Teach this position", self._teach, icon=viser.Icon.MAP_PIN_PLUS)
         self._table = gui.add_html("")
         buttons("Points", {"undo": self._undo, "clear": self._ask})
         self._clear = button("Clear all points", self._clear_all, color="red", visible=False)
         self._keep = button("Keep them", self._keep_all, visible=False)
         with gui.add_folder("Point"):
-            self._choice = OperatorsNumber(
-                requests,
+            self._choice = requests.number(
                 "Number",
                 1,
                 least=1,
                 is_whole=True,
                 on_change=lambda _: self._show_chosen(),
             )
-            self._name = OperatorsInput(requests, gui.add_text("Name", ""))
-            self._place = [OperatorsNumber(requests, f"{axis} [mm]", 0.0) for axis in "xyz"]
+            self._name = requests.field(gui.add_text("Name", ""))
+            self._place = [requests.number(f"{axis} [mm]", 0.0) for axis in "xyz"]
             actions = {"go to": self._go, "change": self._change, "remove": self._remove}
             buttons("This one", actions)
-        self._tolerance = OperatorsNumber(requests, "Corners [mm]", USUAL_TOLERANCE, least=0.0)
+        self._tolerance = requests.number("Corners [mm]", USUAL_TOLERANCE, least=0.0)
         self._speed = SpeedFields(requests, "Speed [mm/s]")
         button("Drive through them", self._drive, color="blue", icon=viser.Icon.ROUTE)
-        self._file = OperatorsInput(requests, gui.add_text("File name", file.stem))
+        self._file = requests.field(gui.add_text("File name", file.stem))
         self._saved = gui.add_dropdown("Files", [NO_FILE])
-        self._saved_choice = OperatorsInput(requests, self._saved, self._choose_file)
+        self._saved_choice = requests.field(self._saved, self._choose_file)
         buttons("File", {"save": self._save, "load": self._load})
         self._note = gui.add_html("")
         self._show()
@@ -197,16 +186,14 @@ class PointsTab:
     def _teach(self) -> None:
         position = self._machine.measured_position
         if position is None:
-            self._requests.refuse("nothing taught: the position of the platform is not known")
-            return
+            raise KinematicsError("nothing taught: the position of the platform is not known")
         self._put((*self.points, Point(position)))
         self._choice.set(len(self.points))
         self._show_chosen()
 
     def _undo(self) -> None:
         if not self._back:
-            self._requests.refuse("nothing to undo")
-            return
+            raise KinematicsError("nothing to undo")
         self.points = self._back.pop()
         self._keep_all()
         self._show()
@@ -226,16 +213,19 @@ class PointsTab:
         self._clear.visible = self._keep.visible = False
 
     @property
-    def _index(self) -> int | None:
-        """Of the chosen point, None if there is none of this number."""
+    def _index(self) -> int:
+        """Of the chosen point.
+
+        Raises:
+            KinematicsError: if there is none of this number.
+        """
         index = int(self._choice.value) - 1
-        if index in range(len(self.points)):
-            return index
-        self._requests.refuse(f"there is no point {index + 1}, of {len(self.points)}")
-        return None
+        if index not in range(len(self.points)):
+            raise KinematicsError(f"there is no point {index + 1}, of {len(self.points)}")
+        return index
 
     def _show_chosen(self) -> None:
-        index = int(self._choice.value) - 1
+        index = int(self._choice.last) - 1
         if index in range(len(self.points)):
             point = self.points[index]
             self._name.set(point.name)
@@ -243,60 +233,57 @@ class PointsTab:
                 field.set(round(1000.0 * part, DIGITS) + 0.0)
 
     def _go(self) -> None:
-        if (index := self._index) is not None:
-            self._machine.move_to(self.points[index].position, self._bounds()[1])
+        self._machine.move_to(self.points[self._index].position, self._bounds()[1])
 
     def _change(self) -> None:
         """Give the chosen point the name and the place in the fields."""
-        if (index := self._index) is not None:
-            name = self._name.value.strip()
-            if len(name) > LONGEST_NAME or not name.isprintable():
-                text = f"no name: {len(name)} characters, at most {LONGEST_NAME} that can be seen"
-                self._requests.refuse(text)
-                return
-            if name and any(
-                point.name == name for at, point in enumerate(self.points) if at != index
-            ):
-                self._requests.refuse(f"another point has the name {name!r}")
-                return
-            place = three(0.001 * field.value for field in self._place)
-            self._put((*self.points[:index], Point(place, name), *self.points[index + 1 :]))
+        index, name = self._index, self._name.value.strip()
+        if len(name) > LONGEST_NAME or not name.isprintable():
+            text = f"no name: {len(name)} characters, at most {LONGEST_NAME} that can be seen"
+            raise KinematicsError(text)
+        if name and name in (each.name for at, each in enumerate(self.points) if at != index):
+            raise KinematicsError(f"another point has the name {name!r}")
+        place = three(0.001 * field.value for field in self._place)
+        self._put((*self.points[:index], Point(place, name), *self.points[index + 1 :]))
 
     def _remove(self) -> None:
-        if (index := self._index) is not None:
-            self._put((*self.points[:index], *self.points[index + 1 :]))
-            self._show_chosen()
+        index = self._index
+        self._put((*self.points[:index], *self.points[index + 1 :]))
+        self._show_chosen()
 
     def _drive(self) -> None:
         if not self.points:
-            self._requests.refuse("nothing to drive through: there are no points yet")
-            return
+            raise KinematicsError("nothing to drive through: there are no points yet")
         self._machine.follow([point.position for point in self.points], *self._bounds())
 
-    def _path(self) -> Path | None:
-        """Return the chosen file, None if its name cannot be one."""
+    @property
+    def _path(self) -> Path:
+        """The chosen file.
+
+        Raises:
+            PointsFileError: if its name cannot be one.
+        """
         name = self._file.value.strip().removesuffix(SUFFIX)
         if name == self._given.stem:
             return self._given
-        if FILE_NAME.fullmatch(name) and name != NO_FILE:
-            return self._folder / f"{name}{SUFFIX}"
-        self._requests.refuse(
-            "no file: its name has to have 1 to 60 letters, digits, spaces, - and _, "
-            f"and not to be {NO_FILE!r}"
-        )
-        return None
+        if not FILE_NAME.fullmatch(name) or name == NO_FILE:
+            raise PointsFileError(
+                "no file: its name has to have 1 to 60 letters, digits, spaces, - and _, "
+                f"and not to be {NO_FILE!r}"
+            )
+        return self._folder / f"{name}{SUFFIX}"
 
     def _save(self) -> None:
-        if (file := self._path()) is not None:
-            save_points(file, self.points, *self._bounds())
-            self._say(f"{len(self.points)} points saved as {file}")
-            self._list_files()
+        file = self._path
+        save_points(file, self.points, *self._bounds())
+        self._say(f"{len(self.points)} points saved as {file}")
+        self._list_files()
 
     def _load(self) -> None:
-        if (file := self._path()) is not None:
-            self._put(load_points(file))
-            self._show_chosen()
-            self._say(f"{len(self.points)} points of {file}")
+        file = self._path
+        self._put(load_points(file))
+        self._show_chosen()
+        self._say(f"{len(self.points)} points of {file}")
 
     def _choose_file(self, name: str) -> None:
         if name != NO_FILE:

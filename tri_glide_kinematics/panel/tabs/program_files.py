@@ -13,14 +13,11 @@ import numpy as np
 import viser
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.inputs import (
-    OperatorsInput,
-    OperatorsNumber,
-    add_button,
-    add_buttons,
-)
 from tri_glide_kinematics.panel.machine_scene import NO_LINES, RGB
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import (
+    OperatorRequests,
+    OperatorsNumber,
+)
 from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.program_reading import CUT, OUTSIDE, RAPID, NotRead, ReadProgram
 from tri_glide_kinematics.panel.programs import (
@@ -54,7 +51,7 @@ class ProgramDrawing:
         self._present = scene.add_line_segments(
             "/program_line", NO_LINES, PRESENT, thickness=7.0, thickness_units="screen"
         )
-        self._is_drawn = False
+        self._path: viser.LineSegmentsHandle | None = None
         self._marked = 0
 
     def draw(self, read: ReadProgram) -> None:
@@ -62,14 +59,13 @@ class ProgramDrawing:
         self.clear()
         if len(read.points):
             colors = np.array([COLORS[look] for look in sorted(COLORS)], dtype=np.uint8)
-            self._scene.add_line_segments(
+            self._path = self._scene.add_line_segments(
                 "/program",
                 read.points,
                 np.repeat(colors[read.looks][:, np.newaxis], 2, axis=1),
                 thickness=2.0,
                 thickness_units="screen",
             )
-            self._is_drawn = True
 
     def mark(self, line: int) -> None:
         """Mark what a ``line`` drives; 0 is none."""
@@ -81,9 +77,9 @@ class ProgramDrawing:
 
     def clear(self) -> None:
         """Draw nothing."""
-        if self._is_drawn:
-            self._scene.remove_by_name("/program")
-            self._is_drawn = False
+        if self._path is not None:
+            self._path.remove()
+            self._path = None
         self.mark(0)
 
 
@@ -101,7 +97,7 @@ class Listing:
         self._first = 1
         # A line of the listing presses the button of its row.
         self._rows = [
-            add_button(requests, "line", partial(self._take, row), visible=False)
+            requests.button("line", partial(self._take, row), visible=False)
             for row in range(LISTED)
         ]
         self._html = requests.gui.add_html("")
@@ -113,13 +109,8 @@ class Listing:
         """Show the lines around the one that runs, or that *run* begins at."""
         chosen, content = self._chosen, ""
         if chosen.read is not None:
-            try:
-                line = (
-                    chosen.run.line if chosen.run and chosen.is_running else int(self._line.value)
-                )
-            except KinematicsError:
-                # Somebody is typing.
-                return
+            # While somebody is typing, the last number holds.
+            line = chosen.run.line if chosen.run and chosen.is_running else int(self._line.last)
             lines = chosen.read.program.lines
             self._first = max(1, min(line - LISTED // 2, lines + 1 - LISTED))
             content = "".join(
@@ -127,8 +118,7 @@ class Listing:
                 f'data-press="{uuid_of(button)}">{each}  {escape(chosen.text_of(each))}</button>'
                 for each, button in zip(range(self._first, lines + 1), self._rows)
             )
-        if content != self._html.content:
-            self._html.content = content
+        self._html.content = content
 
 
 class ProgramFiles:
@@ -153,17 +143,16 @@ class ProgramFiles:
         uploads.on_file = self.take
         gui.add_html(UPLOAD)
         self._files = gui.add_dropdown("File", (NO_FILE, *self._folder.names()))
-        self._file = OperatorsInput(requests, self._files, self.choose)
-        self._dialect = OperatorsInput(
-            requests,
+        self._file = requests.field(self._files, self.choose)
+        self._dialect = requests.field(
             gui.add_dropdown("Dialect", (FROM_SETTINGS, *(each.value for each in Dialect))),
             self._choose_dialect,
         )
-        self.line = OperatorsNumber(requests, "From line", 1, least=1, is_whole=True)
+        self.line = requests.number("From line", 1, least=1, is_whole=True)
 
     def step(self, kept: Path) -> None:
         """Take what has been found out about the file; ``kept`` says how far a program came."""
-        if not self._chosen.is_running and self._chosen.has_another_machine:
+        if not self._chosen.is_running and self._chosen.is_of_another_machine:
             self._load()
         answer = self._chosen.take_answer()
         if isinstance(answer, ReadProgram):
@@ -241,9 +230,9 @@ class FileActions:
         self._chosen, self._files = chosen, files
         self._shown = ""
         self._doomed = ("", -math.inf)
-        self._name = OperatorsInput(requests, requests.gui.add_text("Name", ""))
+        self._name = requests.field(requests.gui.add_text("Name", ""))
         actions = {"rename": self._rename, "download": self._send, "delete": self._delete}
-        add_buttons(requests, "This file", actions)
+        requests.buttons("This file", actions)
         self._listing = Listing(requests, chosen, files.line)
 
     def show(self) -> None:

@@ -12,17 +12,14 @@ from typing import NamedTuple
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import ProgramRun as RunMessage
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.panel.inputs import (
-    SLOWEST_SPEED,
-    USUAL_SPEED,
-    OperatorsInput,
-    OperatorsNumber,
-    ScaleSlider,
-    add_buttons,
-)
 from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.machine import ShownMachine
-from tri_glide_kinematics.panel.operator_requests import OperatorRequests
+from tri_glide_kinematics.panel.operator_requests import (
+    SLOWEST_SPEED,
+    USUAL_SPEED,
+    OperatorRequests,
+    ScaleSlider,
+)
 from tri_glide_kinematics.panel.pace import Pace
 from tri_glide_kinematics.panel.program_reading import ReadProgram, shown_text
 from tri_glide_kinematics.panel.programs import ChosenProgram, Uploads
@@ -125,21 +122,19 @@ class ProgramTab:
         self._pace = Pace(SHOW_PERIOD)
         self._drawing = ProgramDrawing(requests.server.scene, chosen)
         self.files = ProgramFiles(requests, uploads, chosen, self._drawing)
-        self._approach = OperatorsNumber(
-            requests, "To the start [mm/s]", USUAL_SPEED, least=SLOWEST_SPEED
-        )
-        self._single_block = OperatorsInput(
-            requests, gui.add_checkbox("Single block", initial_value=False), self._set_single_block
+        self._approach = requests.number("To the start [mm/s]", USUAL_SPEED, least=SLOWEST_SPEED)
+        self._single_block = requests.field(
+            gui.add_checkbox("Single block", initial_value=False), self._set_single_block
         )
         actions = {"check": self._check, "run": self._begin_run, "cancel": self._cancel}
-        add_buttons(requests, "Program", actions)
+        requests.buttons("Program", actions)
         trigger = requests.link.trigger
         motions: dict[str, Callable[[], None]] = {
             "pause": partial(trigger, "pause"),
             "go on": partial(trigger, "resume"),
             "stop": self._stop,
         }
-        add_buttons(requests, "Motion", motions, of_any_page=("stop",))
+        requests.buttons("Motion", motions, of_any_page=("stop",))
         self._scales = [ScaleSlider(requests, *scale) for scale in SCALES]
         with gui.add_folder("File and lines", expand_by_default=False):
             self._actions = FileActions(requests, uploads.folder, chosen, self.files)
