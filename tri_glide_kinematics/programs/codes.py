@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from enum import IntEnum
+from enum import IntEnum, auto
 from functools import partial
 from typing import NamedTuple
 
@@ -42,19 +42,19 @@ INCH = 25.4 * MILLIMETRE  # m
 class Stage(IntEnum):
     """When something of a line is carried out. Between MOTION and STOP the platform moves."""
 
-    ALWAYS = 0
-    UNITS = 1
-    FEED = 2
-    OVERRIDE = 3
-    TOOL = 4
-    SPINDLE = 5
-    OUTPUT = 6
-    MODE = 7
-    ONCE = 8
-    CYCLE = 9
-    NO_CYCLE = 10
-    MOTION = 11
-    STOP = 12
+    ALWAYS = auto()
+    UNITS = auto()
+    FEED = auto()
+    OVERRIDE = auto()
+    TOOL = auto()
+    SPINDLE = auto()
+    OUTPUT = auto()
+    MODE = auto()
+    ONCE = auto()
+    CYCLE = auto()
+    NO_CYCLE = auto()
+    MOTION = auto()
+    STOP = auto()
 
 
 # Carries out a command, or a word, that has this index in the line.
