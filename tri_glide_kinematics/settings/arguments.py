@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.keys import DuplicateKeyError, yaml_tree
+from tri_glide_kinematics.keys import yaml_errors, yaml_tree
 from tri_glide_kinematics.settings.tables import (
     NODES,
     Parameter,
@@ -225,20 +225,8 @@ def sections_of(path: str) -> tuple[str, ...]:
         ParameterError: if it cannot be read, is not YAML, has no section, or a key or a section
             stands twice in it.
     """
-    try:
+    with yaml_errors(path, _file_error):
         document = yaml_tree(LOADER(Path(path).read_text(encoding="utf-8")))
-    except OSError as error:
-        raise ParameterError(f"parameter file {path}: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise ParameterError(f"parameter file {path} is not text: {error}") from error
-    except DuplicateKeyError as error:
-        raise ParameterError(f"parameter file {path}, {error.place}: {error}") from error
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark
-        place = f", line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        raise ParameterError(f"parameter file {path}{place}: {error.problem}") from error
-    except yaml.YAMLError as error:
-        raise ParameterError(f"parameter file {path}: {' '.join(str(error).split())}") from error
     sections = tuple(_sections(document, ""))
     if not sections:
         raise ParameterError(
@@ -293,12 +281,8 @@ def file_values(path: str, node: str, table: Iterable[Parameter], *later: str) -
     check_sources([ParameterSource(each, sections_of(each)) for each in (path, *later)], node)
     sections: list[tuple[str, dict[str, Any]]] = []
     for each in (path, *later):
-        try:
+        with yaml_errors(each, _file_error):
             sections += _contents(yaml.load(Path(each).read_text(encoding="utf-8"), LOADER), "")
-        except (yaml.YAMLError, ValueError, RecursionError) as error:
-            # A list for a key, for instance, or a date that is none.
-            reason = " ".join(str(error).split())
-            raise ParameterError(f"parameter file {each}: {reason}") from error
     found: dict[str, Any] = {}
     # An entry for a node by its name wins over one for all nodes, in whatever file.
     for section, content in sorted(sections, key=lambda each: "*" not in each[0]):
@@ -329,6 +313,10 @@ def check_names(names: Iterable[str], own: Collection[str], known: Collection[st
             texts.append(f"{name} (did you mean {nearest[0]}?)" if nearest else name)
     if texts:
         raise ParameterError(f"no such parameter: {', '.join(texts)}; --help lists them")
+
+
+def _file_error(path: str, place: str, reason: str) -> ParameterError:
+    return ParameterError(f"parameter file {path}{place and f', {place}'}: {reason}")
 
 
 def _sections(node: yaml.Node | None, prefix: str) -> Iterator[str]:
