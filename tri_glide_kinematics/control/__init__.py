@@ -68,7 +68,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.supervision import SupervisionBounds as SupervisionBounds
     from tri_glide_kinematics.control.supervision import Supervisor as Supervisor
     from tri_glide_kinematics.control.supervision import ToldRun as ToldRun
-    from tri_glide_kinematics.control.supervision import twist_stream as twist_stream
     from tri_glide_kinematics.control.underway import Underway as Underway
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)
