@@ -30,8 +30,8 @@ from tri_glide_kinematics.picking import (
     SimulatedEncoder,
     SimulatedGripper,
     SimulatedPart,
+    WayTimes,
 )
-from tri_glide_kinematics.settings import WayTimes
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits

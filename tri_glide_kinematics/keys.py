@@ -161,7 +161,7 @@ def load_yaml(file: str | Path, error_class: Callable[[Any, str, str], Kinematic
         KinematicsError: of this ``error_class``, if it cannot be read, is not YAML, or a key in it
             stands twice.
     """
-    try:
+    with yaml_errors(file, error_class):
         # A safe loader: it makes nothing but plain data.
         loader = yaml.SafeLoader(Path(file).read_text(encoding="utf-8"))
         try:
@@ -169,12 +169,25 @@ def load_yaml(file: str | Path, error_class: Callable[[Any, str, str], Kinematic
             return None if tree is None else loader.construct_document(tree)
         finally:
             loader.dispose()
+
+
+@contextmanager
+def yaml_errors(
+    file: str | Path, error_class: Callable[[Any, str, str], KinematicsError]
+) -> Iterator[None]:
+    """Raise as ``load_yaml`` does where the body cannot read a YAML ``file``."""
+    try:
+        yield
     except (OSError, UnicodeDecodeError) as error:
         # The text of an OSError would name the file once more.
         reason = (error.strerror or error) if isinstance(error, OSError) else error
         raise error_class(file, "", f"cannot be read: {reason}") from error
     except DuplicateKeyError as error:
         raise error_class(file, error.place, str(error)) from error
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        place = f"line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        raise error_class(file, place, f"is not YAML: {error.problem}") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         reason = shortened(" ".join(str(error).split()))
         raise error_class(file, "", f"is not YAML: {reason}") from error

@@ -70,7 +70,10 @@ def answer(tmp_path, monkeypatch, capsys):
         (f"draw_motion frame.yaml {DRAWN}", "in the frame table"),
         (f"drive twice.nc {CHECKED}", "twice.nc: line 2, column 7: X3: X stands twice"),
         (f"drive far.nc {CHECKED}", "far.nc: line 2: "),
-        (f"drive short.nc {CHECKED} --parameters none.yaml", "none.yaml: No such file"),
+        (
+            f"drive short.nc {CHECKED} --parameters none.yaml",
+            "none.yaml: cannot be read: No",
+        ),
         ("judge none.csv --parameters config/tri_glide.yaml", "cannot be read"),
         (f"size --cylinder 0.1 -0.1 {MOTION}", "cylinder z_max"),
         ("size --box 0.1 0.1 0.1 --speed 0 --acceleration 9", "speed = 0"),

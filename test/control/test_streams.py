@@ -9,15 +9,19 @@ from tri_glide_kinematics.control import (
     CommandRefusedError,
     ProgramRuns,
     Reason,
+    Streams,
     ToldRun,
-    twist_stream,
 )
 
 TIMEOUT, START = 0.1, 50.0
 
 
+def twists_with(timeout):
+    return Streams.with_timeouts(timeout, 1.0).twists
+
+
 def test_a_jog_ends_when_no_twist_was_accepted_for_longer_than_the_timeout():
-    twists = twist_stream(TIMEOUT)
+    twists = twists_with(TIMEOUT)
     assert twists.silence(START) is not None
     twists.accept(START)
     assert twists.silence(START + 0.99 * TIMEOUT) is None
@@ -26,7 +30,7 @@ def test_a_jog_ends_when_no_twist_was_accepted_for_longer_than_the_timeout():
 
 
 def test_twists_that_are_not_accepted_do_not_keep_a_jog_going():
-    twists = twist_stream(TIMEOUT)
+    twists = twists_with(TIMEOUT)
     twists.accept(START)
     for step in range(20):
         twists.receive(START + 0.05 * step, released=False)
@@ -43,7 +47,7 @@ def test_twists_that_are_not_accepted_do_not_keep_a_jog_going():
     ],
 )
 def test_after_a_stop_a_release_or_a_pause_is_needed(released, pause, listens):
-    twists = twist_stream(TIMEOUT)
+    twists = twists_with(TIMEOUT)
     twists.receive(START, released=False)
     twists.need_release()
     assert twists.receive(START + pause, released) == pytest.approx(pause)
@@ -55,14 +59,14 @@ def test_after_a_stop_a_release_or_a_pause_is_needed(released, pause, listens):
 
 
 def test_only_a_stream_that_is_too_slow_is_remarked():
-    twists = twist_stream(TIMEOUT)
+    twists = twists_with(TIMEOUT)
     assert "twist_timeout, 0.1 s" in twists.remark(1.5 * TIMEOUT)
     for pause in (0.5 * TIMEOUT, TIMEOUT, SLOWEST_STREAM, float("inf")):
         assert twists.remark(pause) == ""
 
 
 def test_a_pause_in_which_nobody_looked_is_no_release():
-    twists = twist_stream(TIMEOUT)
+    twists = twists_with(TIMEOUT)
     twists.receive(START)
     twists.need_release()
     twists.looked_at = START + 0.01
@@ -76,7 +80,7 @@ def test_a_pause_in_which_nobody_looked_is_no_release():
 
 
 def test_a_stream_that_may_be_slow_needs_a_longer_pause():
-    twists = twist_stream(2.0 * LEAST_PAUSE)
+    twists = twists_with(2.0 * LEAST_PAUSE)
     twists.receive(START)
     twists.need_release()
     twists.receive(START + 1.5 * LEAST_PAUSE)
@@ -85,7 +89,7 @@ def test_a_stream_that_may_be_slow_needs_a_longer_pause():
 
 
 def test_a_command_that_was_held_up_is_refused_whatever_the_clocks():
-    twists = twist_stream(TIMEOUT)
+    twists = twists_with(TIMEOUT)
     for number in range(50):
         # By a clock that is far behind.
         twists.receive(START + 0.02 * number)

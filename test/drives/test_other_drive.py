@@ -3,7 +3,7 @@
 They were written from the standards alone, and are as strict as these allow.
 """
 
-import struct
+from contextlib import contextmanager
 from operator import sub
 from types import SimpleNamespace
 
@@ -52,18 +52,20 @@ class OtherDrive:
     def receive(self, frame):
         self._node.receive(*frame)
 
-    def _answer(self, command, index, subindex, data=bytes(4)):
+    def read(self, *place):
+        with self._refusing():
+            return self._node.read(*place)
+
+    def write(self, *place_and_data):
+        with self._refusing():
+            self._node.write(*place_and_data)
+
+    @contextmanager
+    def _refusing(self):
         try:
-            return self._node.serve(struct.pack("<BHB4s", command, index, subindex, data))
+            yield
         except AbortError as error:
             raise OurAbortError(error.args[0]) from None
-
-    def read(self, index, subindex):
-        answer = self._answer(0x40, index, subindex)
-        return answer[4 : 8 - (answer[0] >> 2 & 3)]
-
-    def write(self, index, subindex, data):
-        self._answer(0x23 | (4 - len(data)) << 2, index, subindex, data)
 
 
 class OtherRig(GroupRig):

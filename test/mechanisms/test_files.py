@@ -82,9 +82,9 @@ def test_optional_keys_of_a_four_bar(tmp_path, keys, expected):
 @pytest.mark.parametrize(
     ("text", "key", "reason"),
     [
-        ("four_bar: {", "", "is not YAML: "),
+        ("four_bar: {", "line 1, column 12", "is not YAML: "),
         ("four_bar:\n  crank: 2\n  crank: 3", "lines 2 and 3", "the key 'crank' stands twice"),
-        ("four_bar: !!python/object:os.system {}", "", "is not YAML: "),
+        ("four_bar: !!python/object:os.system {}", "line 1, column 11", "is not YAML: "),
         ("", "", "must hold one section, named one of four_bar, f_mechanism, landing_gear"),
         ("- 1", "", "must hold one section"),
         ("four_bar: {}\nlanding_gear: {}", "", "must hold one section"),

@@ -341,68 +341,27 @@ def _begin(options: argparse.Namespace) -> int:
     return int(vars(options)["from"])
 
 
-class _Steps:
-    """A drive file, from its first step on: ``ik_node`` proves each step when it is its turn.
+def _check(work: Work, options: argparse.Namespace) -> None:
+    """Tell what is known of a file without a machine.
 
-    Attributes:
-        work: what is driven.
-        kept: file that says how far it came; None for none.
+    Raises:
+        KinematicsError: if it cannot be driven on the machine of the parameters.
     """
-
-    kept: Path | None = None
-
-    def __init__(self, work: Work, options: argparse.Namespace) -> None:
-        self.work = work
-        self.options = options
-
-    def find_begin(self, namespace: str) -> None:
-        """Take what is to be driven of it, on the machine in a ``namespace``."""
-
-    def ask(self, terminal: _Terminal, link: ProgramLink) -> None:
-        """Ask the machine for what has to be known of it."""
-
-    def prove(self) -> None:
-        """Prove that it can be driven on this machine, and tell what is known of it."""
-
-    def check(self) -> None:
-        """Tell what is known of it without a machine."""
-        count = len(self.work.steps)
-        print(f"drive: {self.work.file} has {count} step{'' if count == 1 else 's'}")
+    if not isinstance(work, Program):
+        count = len(work.steps)
+        print(f"drive: {work.file} has {count} step{'' if count == 1 else 's'}")
+        return
+    parameters = find_file(options.parameters or Path(PARAMETERS))
+    values, line = file_values(str(parameters), "/ik_node", IK_NODE), _begin(options)
+    _tell_check(from_line(work, line), values, line)
 
 
-class _Lines(_Steps):
-    """A program, from a line on, which is proved before anything moves."""
+def _drive(work: Work, options: argparse.Namespace) -> int:
+    """Drive the content of a file, and return the exit code.
 
-    def __init__(self, program: Program, options: argparse.Namespace) -> None:
-        super().__init__(program, options)
-        self._program = program
-        self._line = _begin(options)
-        self._is_teaching = False
-
-    def find_begin(self, namespace: str) -> None:
-        self.kept = self.options.progress or default_kept_file(namespace)
-        if self.options.go_on:
-            self._line = line_to_go_on_from(self.kept, self._program)
-        self._take_rest()
-
-    def _take_rest(self) -> None:
-        self.work = self._program = from_line(self._program, self._line)
-
-    def ask(self, terminal: _Terminal, link: ProgramLink) -> None:
-        self._values, self._is_teaching = terminal.parameters(), terminal.is_teaching(link)
-
-    def prove(self) -> None:
-        _tell_check(self._program, self._values, self._line, is_teaching=self._is_teaching)
-
-    def check(self) -> None:
-        parameters = find_file(self.options.parameters or Path(PARAMETERS))
-        self._values = file_values(str(parameters), "/ik_node", IK_NODE)
-        self._take_rest()
-        self.prove()
-
-
-def _drive(job: _Steps, options: argparse.Namespace) -> int:
-    """Drive the content of a file, and return the exit code."""
+    A program is proved before anything moves; of a drive file, ``ik_node`` proves each step when it
+    is its turn.
+    """
     import rclpy
     from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
@@ -417,24 +376,29 @@ def _drive(job: _Steps, options: argparse.Namespace) -> int:
     try:
         node = Node("drive")
         terminal, link = _Terminal(node), ProgramLink(node)
-        job.find_begin(node.get_namespace())
-        job.ask(terminal, link)
+        kept: Path | None = None
+        if isinstance(work, Program):
+            kept = options.progress or default_kept_file(node.get_namespace())
+            line = line_to_go_on_from(kept, work) if options.go_on else _begin(options)
+            work = from_line(work, line)
+            values, is_teaching = terminal.parameters(), terminal.is_teaching(link)
         # From here on a stop ends it, also while it is checked.
         run = ProgramRun(
             link,
-            job.work,
+            work,
             single_block=options.single_block,
-            kept=job.kept,
+            kept=kept,
             approach=0.001 * options.approach,
             say=terminal.say,
         )
-        job.prove()
+        if isinstance(work, Program):
+            _tell_check(work, values, line, is_teaching=is_teaching)
         terminal.catch_up()
         # They are counted: the second one ends the command, not the process.
         signals = EndSignals()
         signals.call(lambda: None)
         # A user who goes on where the program ended at a stop lets it pass.
-        first = next((step for step in job.work.steps if step.takes_time), None)
+        first = next((step for step in work.steps if step.takes_time), None)
         terminal.drive(run, signals.came, first if options.go_on else None)
         signals.ignore()
     finally:
@@ -534,6 +498,55 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _refuse_mistakes(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
+    """End the process where an option would mean nothing, or a number is out of bounds."""
+
+    def refuse(names: Iterable[str], reason: str) -> None:
+        for name in names:
+            parser.error(f"--{name.replace('_', '-')} {reason}")
+
+    given = {name for name, value in vars(arguments).items() if value != parser.get_default(name)}
+    file, begin, approach = arguments.file, _begin(arguments), arguments.approach
+    if not is_program(file):
+        reason = f"is for programs and points: their names end in {ENDINGS_TEXT}"
+        refuse(given - {"file", "check"}, reason)
+    elif file.suffix.lower() != POINTS_ENDING:
+        refuse(given & {"unit"}, f"is for points: their names end in {POINTS_ENDING}")
+    if begin < 1:
+        refuse(("from",), f"is {begin}, must be at least 1, the first line")
+    if not SLOWEST <= approach < math.inf:
+        refuse(("approach",), f"is {approach:g}, must be at least {SLOWEST:g} mm/s")
+    if arguments.check:
+        of_driving = {"go_on", "single_block", "progress", "approach"}
+        refuse(given & of_driving, "is not for --check, which drives nothing")
+    else:
+        reason = "is for --check: what is driven has the parameters of ik_node"
+        refuse(given & {"parameters"}, reason)
+
+
+def _loaded(arguments: argparse.Namespace) -> Work:
+    """Return what is to be driven; of a program, say with what it is read.
+
+    Raises:
+        KinematicsError: if it cannot be read, or something in it has no meaning.
+    """
+    file = find_file(arguments.file)
+    if not is_program(file):
+        return load_drive(file)
+    settings_file = find_file(arguments.settings or Path(SETTINGS))
+    zeros_file = arguments.work_zero or default_zeros_file(_namespace(sys.argv))
+    zeros = _zeros_text(zeros_file)
+    print(f"drive: {file} with the settings of {settings_file}{zeros}", flush=True)
+    if settings_file != (packaged := find_file(Path(SETTINGS))):
+        print(f"drive: what they do not name is as in {packaged}", flush=True)
+    settings = with_kept_zeros(load_own_settings(settings_file), zeros_file)
+    settings = replace(settings, optional_stop=arguments.optional_stops)
+    program = load_program(file, settings, arguments.unit)
+    if program.guess:
+        print(f"drive: {file}: {program.guess}", flush=True)
+    return program
+
+
 def main() -> int:
     """Drive a file from the command line; the exit code is 0 if all of it has been driven."""
     words = sys.argv
@@ -546,52 +559,12 @@ def main() -> int:
     parser = make_parser()
     arguments = parser.parse_args(words[1:])
 
-    def refuse(names: Iterable[str], reason: str) -> None:
-        for name in names:
-            parser.error(f"--{name.replace('_', '-')} {reason}")
-
-    given = {name for name, value in vars(arguments).items() if value != parser.get_default(name)}
-    if not is_program(arguments.file):
-        refuse(
-            given - {"file", "check"},
-            "is for programs and points: their names end in " + ENDINGS_TEXT,
-        )
-    elif arguments.file.suffix.lower() != POINTS_ENDING:
-        refuse(given & {"unit"}, f"is for points: their names end in {POINTS_ENDING}")
-    if _begin(arguments) < 1:
-        refuse(("from",), f"is {_begin(arguments)}, must be at least 1, the first line")
-    if not SLOWEST <= arguments.approach < math.inf:
-        refuse(("approach",), f"is {arguments.approach:g}, must be at least {SLOWEST:g} mm/s")
-    if arguments.check:
-        refuse(
-            given & {"go_on", "single_block", "progress", "approach"},
-            "is not for --check, which drives nothing",
-        )
-    else:
-        refuse(
-            given & {"parameters"}, "is for --check: what is driven has the parameters of ik_node"
-        )
+    _refuse_mistakes(parser, arguments)
     try:
-        file = find_file(arguments.file)
-        job: _Steps
-        if is_program(file):
-            settings_file = find_file(arguments.settings or Path(SETTINGS))
-            zeros_file = arguments.work_zero or default_zeros_file(_namespace(sys.argv))
-            zeros = _zeros_text(zeros_file)
-            print(f"drive: {file} with the settings of {settings_file}{zeros}", flush=True)
-            if settings_file != (packaged := find_file(Path(SETTINGS))):
-                print(f"drive: what they do not name is as in {packaged}", flush=True)
-            settings = with_kept_zeros(load_own_settings(settings_file), zeros_file)
-            stops = arguments.optional_stops
-            program = load_program(file, replace(settings, optional_stop=stops), arguments.unit)
-            if program.guess:
-                print(f"drive: {file}: {program.guess}", flush=True)
-            job = _Lines(program, arguments)
-        else:
-            job = _Steps(load_drive(file), arguments)
+        work = _loaded(arguments)
         if not arguments.check:
-            return _drive(job, arguments)
-        job.check()
+            return _drive(work, arguments)
+        _check(work, arguments)
         return 0
     except KinematicsError as error:
         print(f"drive: error: {error}", file=sys.stderr)

@@ -11,11 +11,8 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.control.command_queue import COMMAND_INTERVAL as COMMAND_INTERVAL
     from tri_glide_kinematics.control.command_queue import CYCLES_UNTIL_TOLD as CYCLES_UNTIL_TOLD
     from tri_glide_kinematics.control.command_queue import CommandQueue as CommandQueue
-    from tri_glide_kinematics.control.command_queue import Inbox as Inbox
-    from tri_glide_kinematics.control.command_queue import Kind as Kind
     from tri_glide_kinematics.control.commanded_motion import TEACH_SPEED as TEACH_SPEED
     from tri_glide_kinematics.control.commanded_motion import in_teach_mode as in_teach_mode
     from tri_glide_kinematics.control.controller import MotionController as MotionController
@@ -68,7 +65,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.control.supervision import SupervisionBounds as SupervisionBounds
     from tri_glide_kinematics.control.supervision import Supervisor as Supervisor
     from tri_glide_kinematics.control.supervision import ToldRun as ToldRun
-    from tri_glide_kinematics.control.supervision import twist_stream as twist_stream
     from tri_glide_kinematics.control.underway import Underway as Underway
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

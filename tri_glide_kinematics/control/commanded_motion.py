@@ -292,16 +292,7 @@ class CommandedMotion:
         return "goes on along the path"
 
     def renew(self, station: int, motion: Station, seen: float) -> bool:
-        """Let a transfer go on to its next ``station``, which moves otherwise.
-
-        Args:
-            station: its index.
-            motion: how it moves.
-            seen: when it was at its position [s].
-
-        Returns:
-            Whether that is begun: not while another plan is made, or the station is not the next.
-        """
+        """Renew the next ``station`` of a transfer, as ``TransferTiming.renew`` says."""
         return self._states.state is MOVING and self._timing.renew(station, motion, seen)
 
     def cancel(self, goal: Command) -> None:

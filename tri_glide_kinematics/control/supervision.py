@@ -267,17 +267,6 @@ class Stream:
         )
 
 
-def twist_stream(timeout: float) -> Stream:
-    """Return the stream of twists that a jog needs, with its ``timeout`` [s]."""
-    release = "a twist of zero or a pause"
-    return Stream("twist", "jogging", release, timeout, Cause.TWISTS_SILENT)
-
-
-def target_stream(timeout: float) -> Stream:
-    """Return the stream of states of a moving target, with its ``timeout`` [s]."""
-    return Stream("target", "tracking", "a pause", timeout, Cause.TARGETS_SILENT)
-
-
 @dataclass(frozen=True)
 class Streams:
     """All that has to be renewed.
@@ -293,7 +282,11 @@ class Streams:
     @classmethod
     def with_timeouts(cls, twist: float, target: float) -> Streams:
         """Return both, with the longest times between two commands [s]."""
-        return cls(twist_stream(twist), target_stream(target))
+        release = "a twist of zero or a pause"
+        return cls(
+            Stream("twist", "jogging", release, twist, Cause.TWISTS_SILENT),
+            Stream("target", "tracking", "a pause", target, Cause.TARGETS_SILENT),
+        )
 
     def of(self, command: Command) -> Stream | None:
         """Return the stream that a ``command`` is of; None if it need not be renewed."""

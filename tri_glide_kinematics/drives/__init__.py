@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.drives.playout import Playout as Playout
     from tri_glide_kinematics.drives.playout import Setpoint as Setpoint
     from tri_glide_kinematics.drives.playout import SetpointRefusedError as SetpointRefusedError
-    from tri_glide_kinematics.drives.playout import farthest_off as farthest_off
     from tri_glide_kinematics.drives.simulated.axis import Slider as Slider
     from tri_glide_kinematics.drives.simulated.axis import Switch as Switch
     from tri_glide_kinematics.drives.simulated.dictionary import AbortError as AbortError

@@ -258,19 +258,3 @@ class Playout:
         left = 1.0 - self._braked / self._braking
         time = self._braked * (1.0 + left) / 2.0
         return combined(1.0, heights, time, velocities), scaled(velocities, left)
-
-
-def farthest_off(velocity: Vector3, acceleration: Vector3, brake: Vector3) -> Vector3:
-    """Return how far a braking can leave the way of the stream, for each slider. Shape (3,) [m].
-
-    All sliders brake within the time t = max v/b. They go along the tangent by v s, with s up to
-    t/2. There, the way of the stream has left its tangent by no more than a s^2/2 = a t^2/8. The
-    rate may be somewhat above 1, which counts four times.
-
-    Args:
-        velocity: largest ones of the stream. Shape (3,) [m/s].
-        acceleration: largest ones of the stream. Shape (3,) [m/s^2].
-        brake: those with which the sliders brake. Shape (3,) [m/s^2].
-    """
-    time = FASTEST**2 * max(v / b for v, b in zip(velocity, brake))
-    return scaled(acceleration, time * time / 8.0)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,6 +69,15 @@ class _Homing:
     code: int | None = None
     text: str = ""
     is_cancelled: bool = False
+
+
+@contextmanager
+def _ends_the_node() -> Iterator[None]:
+    """Let any error end the node: something in here is broken."""
+    try:
+        yield
+    except Exception as error:
+        raise FatalError(f"{type(error).__name__}: {error}") from error
 
 
 class Cia402Node(Node):
@@ -146,7 +156,7 @@ class Cia402Node(Node):
             FatalError: if something in here is broken: the drives stop, as they hear nothing more.
         """
         now, synced = time.monotonic(), self._now().nanoseconds
-        try:
+        with _ends_the_node():
             self._group.step(now)
             heights, velocities = self._group.heights, self._group.velocities
             if heights is not None and velocities is not None:
@@ -156,8 +166,6 @@ class Cia402Node(Node):
             if now >= self._served_at + SERVING_PERIOD:
                 self._served_at = now
                 self._serve(now)
-        except Exception as error:
-            raise FatalError(f"{type(error).__name__}: {error}") from error
         self._synced = synced
 
     def _serve(self, now: float) -> None:
@@ -202,13 +210,18 @@ class Cia402Node(Node):
         return await self._answer(response, self._group.reset, GroupState.OFF)
 
     async def _answer(self, response: Any, ask: Callable[[float], None], wanted: GroupState) -> Any:
-        """Ask the drives; answer once they are where they stay, or time is over."""
+        """Ask the drives; answer once they are where they stay, or time is over.
+
+        Raises:
+            FatalError: if something in here is broken; the call would get no answer.
+        """
         now = time.monotonic()
-        try:
-            ask(now)
-        except KinematicsError as error:
-            response.message = str(error)
-            return response
+        with _ends_the_node():
+            try:
+                ask(now)
+            except KinematicsError as error:
+                response.message = str(error)
+                return response
         end = now + LONGEST_ANSWER
         while self._group.state not in LASTING and time.monotonic() < end:
             await asyncio.sleep(0)

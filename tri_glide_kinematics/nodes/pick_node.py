@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +30,7 @@ from tri_glide_interfaces.msg import (
 )
 from tri_glide_interfaces.msg import PartEvent as PartEventMessage
 from tri_glide_interfaces.srv import TeachPick
+from tri_glide_kinematics.checks import finite, finite_vector
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import GoalCode, Station
 from tri_glide_kinematics.motion.engine import Transfer as TransferCommand
@@ -302,10 +304,12 @@ class PickNode(Node):
         """Return the time of the node's clock at a ``then`` of time.monotonic() [s]."""
         return Time(nanoseconds=max(round(1e9 * (then + self._ahead)), 1)).to_msg()
 
-    def _made_at(self, header: Any, what: str) -> float | None:
-        """Return when a message was made, by time.monotonic() [s]; None if no clock is that wrong.
+    def _made_at(self, header: Any) -> float:
+        """Return when a message was made, by time.monotonic() [s].
 
-        A report of the belt from the future would hide all that come until then.
+        Raises:
+            RefusedMessageError: if no clock is that wrong. A report of the belt from the future
+                would hide all that come until then.
         """
         now = time.monotonic()
         if not has_stamp(header.stamp):
@@ -314,58 +318,48 @@ class PickNode(Node):
         if -AHEAD <= now - made <= OLDEST:
             return made
         relation, most = ("behind", OLDEST) if made < now else ("ahead of", AHEAD)
-        self._unusable.add(
-            f"{what} has a stamp {number_text(abs(now - made))} s {relation} the clock of this "
+        raise RefusedMessageError(
+            f"the stamp is {number_text(abs(now - made))} s {relation} the clock of this "
             f"node, it must be at most {number_text(most)} s: are the clocks set alike?"
         )
-        return None
+
+    @contextmanager
+    def _if_usable(self, what: str) -> Iterator[None]:
+        """Log why a message cannot be used."""
+        try:
+            yield
+        except KinematicsError as error:
+            self._unusable.add(f"{what}: {error}")
 
     def _on_motion(self, data: bytes) -> None:
         self._motion = read_motion(data)
 
     def _on_belt(self, message: JointState) -> None:
         name = self._values["belt_joint"]
-        if name not in message.name:
-            self._unusable.add(f"belt_states without the joint {name!r}")
-            return
-        index = message.name.index(name)
-        if index >= len(message.position) or not math.isfinite(message.position[index]):
-            self._unusable.add(f"belt_states without a position of {name!r} that is a number")
-            return
-        made = self._made_at(message.header, "belt_states")
-        if made is None:
-            return
-        try:
-            self._picker.report(made, self._values["metres_per_count"] * message.position[index])
-        except KinematicsError as error:
-            self._unusable.add(f"belt_states: {error}")
+        with self._if_usable("belt_states"):
+            positions = dict(zip(message.name, message.position))
+            if name not in positions:
+                raise RefusedMessageError(f"there is no position of the joint {name!r}")
+            made, each = self._made_at(message.header), self._values["metres_per_count"]
+            self._picker.report(made, each * positions[name])
 
     def _on_parts(self, message: SeenParts) -> None:
-        camera = self._taught.cameras.get(message.header.frame_id)
-        if camera is None:
-            names = " or ".join(map(repr, self._taught.cameras))
-            frame = message.header.frame_id
-            self._unusable.add(f"parts seen in the frame {frame!r}, it must be {names}")
-            return
-        made = self._made_at(message.header, "seen_parts")
-        if made is None:
-            return
-        self._keep_view(message, made)
-        then = made - camera.latency
-        count = len(message.parts)
-        if count > MOST_PARTS:
-            self._unusable.add(f"{count} parts in a picture: the first {MOST_PARTS} count")
-        for part in message.parts[:MOST_PARTS]:
-            seen = vector_of(part.position)
-            if not all(map(math.isfinite, (*seen, part.angle))):
-                self._unusable.add("a part was seen at a place that is no number")
-                continue
-            try:
-                place = camera.place_of(seen)
-                name = message.header.frame_id
-                self._picker.see(Sighting(then, place, part.kind, part.id, part.angle, name))
-            except KinematicsError as error:
-                self._unusable.add(f"seen_parts: {error}")
+        name, count = message.header.frame_id, len(message.parts)
+        with self._if_usable("seen_parts"):
+            camera = self._taught.cameras.get(name)
+            if camera is None:
+                names = " or ".join(map(repr, self._taught.cameras))
+                raise RefusedMessageError(f"they are in the frame {name!r}, it must be {names}")
+            made = self._made_at(message.header)
+            self._keep_view(message, made)
+            if count > MOST_PARTS:
+                self._unusable.add(f"{count} parts in a picture: the first {MOST_PARTS} count")
+            then = made - camera.latency
+            for part in message.parts[:MOST_PARTS]:
+                with self._if_usable("a part of seen_parts"):
+                    seen = three(finite_vector("place", vector_of(part.position), 3))
+                    angle, place = finite("angle", part.angle), camera.place_of(seen)
+                    self._picker.see(Sighting(then, place, part.kind, part.id, angle, name))
 
     def _keep_view(self, message: SeenParts, then: float) -> None:
         """Keep a picture with one part ``then`` [s], as that may be taught by."""

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.picking.order import CycleTimes as CycleTimes
     from tri_glide_kinematics.picking.order import Pick as Pick
     from tri_glide_kinematics.picking.order import PickOrder as PickOrder
+    from tri_glide_kinematics.picking.order import WayTimes as WayTimes
     from tri_glide_kinematics.picking.parts import Part as Part
     from tri_glide_kinematics.picking.parts import PartEndedError as PartEndedError
     from tri_glide_kinematics.picking.parts import PartOutcome as PartOutcome

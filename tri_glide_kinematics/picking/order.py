@@ -25,6 +25,13 @@ TURNED_BACK = 1.0
 PRECISION = 1e-4
 MOST_STEPS = 20
 
+# For a stroke of this length, this part of the time is fixed; the rest grows with the length to
+# this power.
+STROKE, FIXED, POWER = 0.305, 0.45, 0.5
+
+# Weight of a new time in the mean of the times of ways.
+NEWEST = 0.2
+
 
 class CycleTimes(NamedTuple):
     """How long the cycle of one part takes [s].
@@ -36,6 +43,27 @@ class CycleTimes(NamedTuple):
 
     reach: float
     rest: float
+
+
+class WayTimes:
+    """How long ways take, learnt from those that were driven."""
+
+    def __init__(self, place: Vector3, first: float, dwells: tuple[float, float]) -> None:
+        """Expect a ``first`` time for a usual stroke [s], from and to about one ``place`` [m]."""
+        self._place, self._time, self._dwells = place, first, dwells
+
+    def __call__(self, grip: Vector3, _velocity: float) -> CycleTimes:
+        """Return the times of the cycle of a part that is gripped at a place [m]."""
+        way = self._time * self._part(grip)
+        return CycleTimes(way, self._dwells[0] + way + self._dwells[1])
+
+    def note(self, grip: Vector3, taken: float) -> None:
+        """Take in how long a way was ``taken`` to a part [s]."""
+        self._time += NEWEST * (taken / self._part(grip) - self._time)
+
+    def _part(self, grip: Vector3) -> float:
+        stroke = math.dist(grip, self._place) / STROKE
+        return FIXED + (1.0 - FIXED) * float(stroke**POWER)
 
 
 class Pick(NamedTuple):

@@ -37,7 +37,6 @@ from tri_glide_kinematics.programs.settings import ProgramSettings
 from tri_glide_kinematics.programs.words import (
     NAMED,
     PERCENT,
-    Block,
     Line,
     ProgramError,
     Remarks,
@@ -116,46 +115,34 @@ class _Interpreter:
 
     def program(self, tell_part: TellPart) -> Program:
         """Return the whole program."""
-        machine, lines = self._machine, 0
-        for block in self._reader.blocks(tell_part):
-            lines += len(block.ends)
-            if not machine.has_ended:
-                self._read(block)
-        if not machine.has_ended:
+        machine, remarks, lines = self._machine, self._remarks, self._reader.count
+        for remarks.line, letters, values in self._reader.lines(tell_part):
+            if values is None:
+                self._read_alone()
+            else:
+                self._read(letters, values)
+            if machine.has_ended:
+                break
+        else:
             self._check_end(lines)
+        tell_part(1.0)
         machine.writer.finish()
         if not machine.writer.steps:
             raise ProgramError(self._file, 0, 0, "", "it says nothing that can be done")
         steps = tuple(machine.writer.steps)
         return Program(self._file, steps, self._remarks.told, lines, self._size, self._digest)
 
-    def _read(self, block: Block) -> None:
-        """Carry out the lines of a block, up to the end of the program."""
-        letters, values = block.letters, block.values
-        machine, remarks = self._machine, self._remarks
+    def _read(self, letters: str, values: list[float]) -> None:
+        """Carry out an ordinary line."""
+        machine, straight = self._machine, self._straight
         # Most lines have the same letters as others before.
-        straight = self._straight
-        begin = 0
-        for index, end in enumerate(block.ends):
-            if end == begin:
-                if index in block.unusual:
-                    remarks.line = block.first + index
-                    self._read_alone()
-                    if machine.has_ended:
-                        return
-                continue
-            remarks.line = block.first + index
-            spelled = letters[begin:end]
-            if spelled not in straight:
-                straight[spelled] = _straight(spelled)
-                if "E" in spelled and straight[spelled]:
-                    tell_extrusion(machine)
-            places = straight[spelled]
-            if places is None or not _move_straight(machine, values, begin, places):
-                carry_out(machine, Line(spelled, values[begin:end], remarks.fail))
-                if machine.has_ended:
-                    return
-            begin = end
+        if letters not in straight:
+            straight[letters] = _straight(letters)
+            if "E" in letters and straight[letters]:
+                tell_extrusion(machine)
+        places = straight[letters]
+        if places is None or not _move_straight(machine, values, places):
+            carry_out(machine, Line(letters, values, self._remarks.fail))
 
     def _read_alone(self) -> None:
         """Carry out a line that is not ordinary."""
@@ -206,9 +193,7 @@ class _Interpreter:
             self._remarks.fail(-1, f"{reason}cut off: if it is whole, end the line")
 
 
-def _move_straight(
-    machine: Machining, values: Sequence[float], begin: int, places: _Straight
-) -> bool:
+def _move_straight(machine: Machining, values: Sequence[float], places: _Straight) -> bool:
     """Carry out a line with a straight move, or with F alone; return whether it is one.
 
     If not, nothing has been done. Most lines of most programs are read here, and not word by word.
@@ -217,7 +202,7 @@ def _move_straight(
     modes = machine.modes
     motion = modes.motion
     if g >= 0:
-        code = values[begin + g]
+        code = values[g]
         if code == 1.0:
             motion = STRAIGHT
         elif code == 0.0:
@@ -228,7 +213,7 @@ def _move_straight(
         return False
     unit = modes.unit
     if f >= 0:
-        speed = values[begin + f] * unit / machine.customs.feed_time
+        speed = values[f] * unit / machine.customs.feed_time
         if not LEAST_SPEED <= speed * machine.feed.part <= LARGEST_SPEED:
             return False
         machine.feed.ask(speed)
@@ -237,18 +222,18 @@ def _move_straight(
     if modes.absolute:
         shift = machine.offsets.shift
         if x >= 0:
-            here[0] = values[begin + x] * unit + shift[0]
+            here[0] = values[x] * unit + shift[0]
         if y >= 0:
-            here[1] = values[begin + y] * unit + shift[1]
+            here[1] = values[y] * unit + shift[1]
         if z >= 0:
-            here[2] = values[begin + z] * unit + shift[2]
+            here[2] = values[z] * unit + shift[2]
     else:
         if x >= 0:
-            here[0] += values[begin + x] * unit
+            here[0] += values[x] * unit
         if y >= 0:
-            here[1] += values[begin + y] * unit
+            here[1] += values[y] * unit
         if z >= 0:
-            here[2] += values[begin + z] * unit
+            here[2] += values[z] * unit
     dx, dy, dz = here[0] - end[0], here[1] - end[1], here[2] - end[2]
     if dx * dx + dy * dy + dz * dz >= SHORTEST_SQUARED:
         rapid = motion is RAPID

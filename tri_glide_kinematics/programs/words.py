@@ -1,16 +1,15 @@
 """The words of a program: a letter and a number each, line by line.
 
-Ordinary lines are read thousands at a time. A line that is not ordinary (a word without a number, a
-text, a wrong checksum) is read word by word when it is its turn, so that what stands behind the end
-of a program does not matter.
+A line that is not ordinary (a word without a number, a text, a wrong checksum) is read word by word
+when it is its turn, so that what stands behind the end of a program does not matter.
 """
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import xor
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
@@ -29,23 +28,16 @@ LARGEST_NUMBER = 1e9
 # No more of a word is written into a text [characters].
 LONGEST_WORD = 60
 
-# Kinds of a byte as the reader takes it.
-SPACE, LETTER, NUMBER, LINE_END, OTHER = range(5)
-KINDS = np.full(256, OTHER, dtype=np.uint8)
-for _kind, _bytes in (
-    (SPACE, b" \t"),
-    (LETTER, b"ABCDEFGHIJKLMNOPQRSTUVWXYZ"),
-    (NUMBER, b"0123456789+-."),
-    (LINE_END, b"\n"),
-):
-    KINDS[list(_bytes)] = _kind
-
-# Leaves the numbers of a text.
-WITHOUT_LETTERS = bytes(code if KINDS[code] == NUMBER else 32 for code in range(256))
-
 # Of comments in brackets, one may stand within another.
 COMMENT = re.compile(rb"\((?:[^()\n]|\([^()\n]*\))*\)|;[^\n]*")
-CHECKSUM = re.compile(rb"\*[ \t]*(\d{1,3})[ \t]*$", re.MULTILINE)
+CHECKSUM = re.compile(rb"\*[ \t]*(\d{1,3})[ \t]*$")
+
+# An ordinary line, without comments: words with numbers whose size is no question. Each number can
+# be matched in one way only, so that a line that is none is soon found out.
+ORDINARY_WORD = rb"[ \t]*[A-Z][ \t]*[-+]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+)"
+# Leaves the numbers of such a line, or takes them away.
+SPACES_FOR_LETTERS = bytes(32 if chr(code).isalpha() else code for code in range(128)) + bytes(128)
+NO_LETTERS = b"0123456789+-. \t"
 
 # The same, for a line that is read word by word.
 GAP = re.compile(r"(?:[ \t]|\((?:[^()]|\([^()]*\))*\)|;.*)*")
@@ -116,24 +108,6 @@ def tell_nobody(_: float) -> None:
     """Tell nobody which part of a work is done."""
 
 
-class Block(NamedTuple):
-    """The words of some lines in succession.
-
-    Attributes:
-        first: number of the first line, from 1.
-        letters: of all words.
-        values: of all words.
-        ends: how many words there are up to the end of each line.
-        unusual: indices of the lines that have to be read alone; they have no words here.
-    """
-
-    first: int
-    letters: str
-    values: list[float]
-    ends: list[int]
-    unusual: frozenset[int]
-
-
 class WordReader:
     """Reads the words of one program."""
 
@@ -169,6 +143,9 @@ class WordReader:
         self._texts = texts
         self._skips = skips
         self._extrudes = extrudes
+        # An E that may begin an exponent is no letter.
+        of_number = b"" if extrudes else b"(?!E)"
+        self._ordinary = re.compile(rb"(?:%b%b)*[ \t]*" % (ORDINARY_WORD, of_number))
 
     @property
     def ends_in_a_line(self) -> bool:
@@ -180,18 +157,33 @@ class WordReader:
         found = dict.fromkeys(name.decode().upper() for name in FIRST_NAME.findall(self._data))
         return [name for name in found if not BRANCH.match(name)]
 
-    def blocks(self, tell_part: TellPart) -> Iterator[Block]:
-        """Yield all words, some lines after the other; ``tell_part`` gets the part that is done."""
-        begin, line = 0, 1
-        while begin < len(self._data):
-            end = self._data.find(b"\n", min(begin + BLOCK, len(self._data))) + 1
-            part = self._data[begin : end or len(self._data)]
-            whole = part if part.endswith(b"\n") else part + b"\n"
-            block = _block(whole, line, self._extrudes)
-            yield block
-            begin += len(part)
-            line += len(block.ends)
-            tell_part(begin / len(self._data))
+    @property
+    def count(self) -> int:
+        """Number of lines."""
+        return self._data.count(b"\n") + bool(self._data and self.ends_in_a_line)
+
+    def lines(self, tell_part: TellPart) -> Iterator[tuple[int, str, list[float] | None]]:
+        """Yield each line that says something: its number, letters and numbers of its words.
+
+        A line that has to be read alone has no numbers here. ``tell_part`` gets the part that is
+        done, now and then.
+        """
+        begin, number, size = 0, 0, len(self._data)
+        is_ordinary = self._ordinary.fullmatch
+        while begin < size:
+            end = self._data.find(b"\n", min(begin + BLOCK, size)) + 1 or size
+            sources = self._data[begin:end].removesuffix(b"\n")
+            text = COMMENT.sub(lambda found: b" " * len(found[0]), sources.upper())
+            for source, line in zip(sources.split(b"\n"), text.split(b"\n")):
+                number += 1
+                if b"*" in line:
+                    line = _without_checksum(source, line)
+                if not is_ordinary(line):
+                    yield number, "", None
+                elif letters := line.translate(None, NO_LETTERS).decode():
+                    yield number, letters, [*map(float, line.translate(SPACES_FOR_LETTERS).split())]
+            begin = end
+            tell_part(begin / size)
 
     def error(self, line: int, index: int, reason: str) -> ProgramError:
         """Return the error about a word of a line.
@@ -426,7 +418,7 @@ def _why_no_word(rest: str) -> str:
         return "the comment has no end: ) is missing on its line"
     if rest[0] in "#[":
         return "parameters and expressions are not understood: write numbers instead"
-    if KINDS[ord(rest[0]) % 256] == NUMBER:
+    if rest[0] in "0123456789+-.":
         return "no letter stands before it"
     if rest.startswith(","):
         return "a number has a point, not a comma"
@@ -439,76 +431,9 @@ def _why_no_number(behind: str) -> str:
     return f"{behind.split()[0]!r} is none"
 
 
-def _block(data: bytes, first: int, extrudes: bool) -> Block:
-    """Return the words of some whole lines, of which the ``first`` one has this number."""
-    text = data.upper()
-    if b";" in text or b"(" in text:
-        text = COMMENT.sub(lambda found: b" " * len(found[0]), text)
-    line_ends = np.flatnonzero(np.frombuffer(text, np.uint8) == ord("\n"))
-    if b"*" in text:
-        text = _without_checksums(data, text, line_ends)
-    unusual = _unusual_lines(text, line_ends, extrudes)
-    while True:
-        if len(unusual):
-            text = _without_lines(text, line_ends, unusual)
-        try:
-            values = list(map(float, text.translate(WITHOUT_LETTERS).split()))
-        except ValueError:
-            values = [math.inf]
-        if np.abs(np.fromiter(values, float, len(values))).max(initial=0.0) <= LARGEST_NUMBER:
-            break
-        # One of them is no number, or too large. Who is at this line finds out which.
-        unusual = np.arange(len(line_ends))
-    codes = np.frombuffer(text, np.uint8)
-    places = np.flatnonzero(KINDS[codes] == LETTER)
-    letters = codes[places].tobytes().decode("ascii")
-    ends = np.searchsorted(places, line_ends).tolist()
-    return Block(first, letters, values, ends, frozenset(unusual.tolist()))
-
-
-def _without_checksums(data: bytes, text: bytes, line_ends: NDArray[np.intp]) -> bytes:
-    """Return ``text`` without the checksums that are right; others stay, and are no words."""
-    found = list(CHECKSUM.finditer(text))
-    stars = np.array([each.start() for each in found], dtype=np.intp)
-    said = np.array([int(each[1]) for each in found])
-    lines = np.searchsorted(line_ends, stars)
-    starts = np.concatenate(([0], line_ends[:-1] + 1))[lines]
-    # From each line's start to its star, and from there to the next start, which does not count.
-    bounds = np.stack((starts, stars), axis=1).ravel()
-    if not len(bounds) or (stars == starts).any():
-        return text
-    sums = np.bitwise_xor.reduceat(np.frombuffer(data, np.uint8), bounds)[::2]
-    made = bytearray(text)
-    for each in np.flatnonzero(sums == said).tolist():
-        made[found[each].start() : found[each].end()] = b" " * len(found[each][0])
-    return bytes(made)
-
-
-def _unusual_lines(text: bytes, line_ends: NDArray[np.intp], extrudes: bool) -> NDArray[np.intp]:
-    """Return the indices of the lines that are no row of letters with a number each."""
-    codes = np.frombuffer(text, np.uint8)
-    kinds = KINDS[codes]
-    if not extrudes:
-        # An E that may begin an exponent is no letter.
-        kinds[1:][(codes[1:] == ord("E")) & (kinds[:-1] == NUMBER)] = OTHER
-    places = np.flatnonzero(kinds != SPACE)
-    solid = kinds[places]
-    is_letter, is_number = solid == LETTER, solid == NUMBER
-    begins = is_number.copy()
-    begins[1:] &= ~(is_number[:-1] & (np.diff(places) == 1))
-    wrong = solid == OTHER
-    # The last one is the end of a line.
-    wrong[:-1] |= is_letter[:-1] & ~begins[1:]
-    wrong[1:] |= begins[1:] & ~is_letter[:-1]
-    wrong[0] |= begins[0]
-    found = np.searchsorted(line_ends, places[wrong])
-    return np.asarray(found[np.diff(found, prepend=-1) > 0])
-
-
-def _without_lines(text: bytes, line_ends: NDArray[np.intp], lines: NDArray[np.intp]) -> bytes:
-    made = bytearray(text)
-    for line in lines.tolist():
-        begin = int(line_ends[line - 1]) + 1 if line else 0
-        end = int(line_ends[line])
-        made[begin:end] = b" " * (end - begin)
-    return bytes(made)
+def _without_checksum(source: bytes, line: bytes) -> bytes:
+    """Return a ``line`` without its checksum if that is right for its ``source``."""
+    found = CHECKSUM.search(line)
+    if found and reduce(xor, source[: found.start()], 0) == int(found[1]):
+        return line[: found.start()]
+    return line

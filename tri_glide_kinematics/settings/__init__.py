@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.settings.arguments import is_for as is_for
     from tri_glide_kinematics.settings.arguments import sections_of as sections_of
     from tri_glide_kinematics.settings.arguments import sources_of as sources_of
-    from tri_glide_kinematics.settings.picking import WayTimes as WayTimes
     from tri_glide_kinematics.settings.picking import keep_taught as keep_taught
     from tri_glide_kinematics.settings.picking import picker_of as picker_of
     from tri_glide_kinematics.settings.picking import simulated_cell_of as simulated_cell_of

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.keys import DuplicateKeyError, yaml_tree
+from tri_glide_kinematics.keys import yaml_errors, yaml_tree
 from tri_glide_kinematics.settings.tables import (
     NODES,
     Parameter,
@@ -225,21 +225,7 @@ def sections_of(path: str) -> tuple[str, ...]:
         ParameterError: if it cannot be read, is not YAML, has no section, or a key or a section
             stands twice in it.
     """
-    try:
-        document = yaml_tree(LOADER(Path(path).read_text(encoding="utf-8")))
-    except OSError as error:
-        raise ParameterError(f"parameter file {path}: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise ParameterError(f"parameter file {path} is not text: {error}") from error
-    except DuplicateKeyError as error:
-        raise ParameterError(f"parameter file {path}, {error.place}: {error}") from error
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark
-        place = f", line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        raise ParameterError(f"parameter file {path}{place}: {error.problem}") from error
-    except yaml.YAMLError as error:
-        raise ParameterError(f"parameter file {path}: {' '.join(str(error).split())}") from error
-    sections = tuple(_sections(document, ""))
+    sections = tuple(name for name, _ in _sections(_tree_of(path)))
     if not sections:
         raise ParameterError(
             f"parameter file {path} has no section: the name of a node (or /** for all), below it "
@@ -249,6 +235,11 @@ def sections_of(path: str) -> tuple[str, ...]:
     if twice:
         raise ParameterError(f"parameter file {path} has two sections for {', '.join(twice)}")
     return sections
+
+
+def _tree_of(path: str) -> yaml.Node | None:
+    with yaml_errors(path, _file_error):
+        return yaml_tree(LOADER(Path(path).read_text(encoding="utf-8")))
 
 
 def check_sources(sources: Iterable[ParameterSource], node: str) -> list[str]:
@@ -293,12 +284,11 @@ def file_values(path: str, node: str, table: Iterable[Parameter], *later: str) -
     check_sources([ParameterSource(each, sections_of(each)) for each in (path, *later)], node)
     sections: list[tuple[str, dict[str, Any]]] = []
     for each in (path, *later):
-        try:
-            sections += _contents(yaml.load(Path(each).read_text(encoding="utf-8"), LOADER), "")
-        except (yaml.YAMLError, ValueError, RecursionError) as error:
-            # A list for a key, for instance, or a date that is none.
-            reason = " ".join(str(error).split())
-            raise ParameterError(f"parameter file {each}: {reason}") from error
+        for section, content in _sections(_tree_of(each)):
+            if isinstance(content, yaml.MappingNode):
+                # A list for a key, for instance, or a date that is none.
+                with yaml_errors(each, _file_error):
+                    sections.append((section, LOADER("").construct_document(content)))
     found: dict[str, Any] = {}
     # An entry for a node by its name wins over one for all nodes, in whatever file.
     for section, content in sorted(sections, key=lambda each: "*" not in each[0]):
@@ -331,23 +321,18 @@ def check_names(names: Iterable[str], own: Collection[str], known: Collection[st
         raise ParameterError(f"no such parameter: {', '.join(texts)}; --help lists them")
 
 
-def _sections(node: yaml.Node | None, prefix: str) -> Iterator[str]:
+def _file_error(path: str, place: str, reason: str) -> ParameterError:
+    return ParameterError(f"parameter file {path}{place and f', {place}'}: {reason}")
+
+
+def _sections(node: yaml.Node | None, prefix: str = "") -> Iterator[tuple[str, yaml.Node]]:
+    """Yield the full name of each section, and what stands in it."""
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             if key.value == PARAMETERS_KEY:
-                yield _full(prefix)
+                yield _full(prefix), value
             else:
                 yield from _sections(value, f"{prefix}/{str(key.value).strip('/')}")
-
-
-def _contents(document: object, prefix: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the full name of each section, and the values in it."""
-    if isinstance(document, dict):
-        for key, value in document.items():
-            if key == PARAMETERS_KEY:
-                yield _full(prefix), value if isinstance(value, dict) else {}
-            else:
-                yield from _contents(value, f"{prefix}/{str(key).strip('/')}")
 
 
 def _full(name: str) -> str:

@@ -14,7 +14,6 @@ from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import file_of_machine, replace_file
 from tri_glide_kinematics.picking import (
     BeltMotion,
-    CycleTimes,
     Parts,
     Picker,
     PickOrder,
@@ -28,6 +27,7 @@ from tri_glide_kinematics.picking import (
     TaughtBelt,
     TaughtCamera,
     TaughtCell,
+    WayTimes,
     grid,
     laid_parts,
 )
@@ -47,34 +47,6 @@ TAUGHT_OF_CAMERAS = {
 
 # So late does a simulated encoder tell its position [s].
 ENCODER_DELAY = 0.002
-
-# For a stroke of this length, this part of the time is fixed; the rest grows with the length to
-# this power.
-STROKE, FIXED, POWER = 0.305, 0.45, 0.5
-
-# Weight of a new time in the mean of the times of ways.
-NEWEST = 0.2
-
-
-class WayTimes:
-    """How long ways take, learnt from those that were driven."""
-
-    def __init__(self, place: Vector3, first: float, dwells: tuple[float, float]) -> None:
-        """Expect a ``first`` time for a usual stroke [s], from and to about one ``place`` [m]."""
-        self._place, self._time, self._dwells = place, first, dwells
-
-    def __call__(self, grip: Vector3, _velocity: float) -> CycleTimes:
-        """Return the times of the cycle of a part that is gripped at a place [m]."""
-        way = self._time * self._part(grip)
-        return CycleTimes(way, self._dwells[0] + way + self._dwells[1])
-
-    def note(self, grip: Vector3, taken: float) -> None:
-        """Take in how long a way was ``taken`` to a part [s]."""
-        self._time += NEWEST * (taken / self._part(grip) - self._time)
-
-    def _part(self, grip: Vector3) -> float:
-        stroke = math.dist(grip, self._place) / STROKE
-        return FIXED + (1.0 - FIXED) * float(stroke**POWER)
 
 
 def cameras_of(values: Values) -> dict[str, TaughtCamera]:

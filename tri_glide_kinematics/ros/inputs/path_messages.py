@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from struct import Struct
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,21 +31,9 @@ ENCODING = 4
 STAMP = 8
 POSE = 7 * 8
 
-# Numbers of poses that are read in a piece: where all frames are alike, and one by one.
+# Poses that are read in a piece: where all frames are alike at most, and else at least.
 AT_A_TIME = 4000
-PIECE = 100
-
-
-class _Pose(NamedTuple):
-    """The offset of a pose of a path.
-
-    Attributes:
-        frame: its frame, as bytes.
-        numbers: offset of its first number.
-    """
-
-    frame: bytes
-    numbers: int
+PIECE = 30
 
 
 def flat_path(request: Any, base_frame: str, tolerance: float) -> FlatPath:
@@ -121,10 +109,6 @@ def _points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
             raise IndexError
         return data[offset + 4 : end - 1], end
 
-    def pose(offset: int) -> _Pose:
-        frame, end = text(_aligned(offset, 4) + STAMP)
-        return _Pose(frame, _aligned(end, 8))
-
     frame, end = text(ENCODING + STAMP)
     _check_path_frame(frame, base_frame)
     offset = _aligned(end, 4)
@@ -136,45 +120,31 @@ def _points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
     check_count(count)
     if count * (STAMP + 4 + POSE) > len(data):
         raise IndexError
-    first = pose(offset + 4)
-    _check_path_frame(first.frame, base_frame)
     points = np.empty((count, 3))
-    done, end = 0, offset + 4
-    # A pose follows the one before it at a fixed distance as long as all frames are alike.
-    head = STAMP + 4 + len(first.frame) + 1
-    stride = POSE + 8 * -(-head // 8)
-    if first.numbers + (count - 1) * stride + POSE <= len(data):
-        frame_of_first = np.frombuffer(_as_text(first.frame, size), np.uint8)
-        while done < count:
-            last = min(done + AT_A_TIME, count)
-            begin, others = first.numbers + done * stride, max(done, 1)
-            # A pose begins where the numbers of the one before it end.
-            place = first.numbers + (others - 1) * stride + POSE + STAMP
-            shape = last - others, len(frame_of_first)
-            frames = np.ndarray(shape, np.uint8, data, place, (stride, 1)) if shape[0] else None
-            if frames is not None and not (frames == frame_of_first).all():
-                break
-            rows = np.ndarray((last - done, 7), f"{order}f8", data, begin, (stride, 8))
-            points[done:last] = _checked(rows.astype(np.float64), done)
-            done, end = last, first.numbers + (last - 1) * stride + POSE
-            yield
-    row = np.empty((1, 7))
-    numbers = Struct(f"{order}7d")
-    for index in range(done, count):
-        here = pose(end)
-        _check_path_frame(here.frame, base_frame)
-        end = here.numbers + POSE
-        if end > len(data):
+    done, told, end, window = 0, 0, offset + 4, AT_A_TIME
+    while done < count:
+        frame, end = text(_aligned(end, 4) + STAMP)
+        _check_path_frame(frame, base_frame)
+        begin = _aligned(end, 8)
+        # A pose follows the one before it at a fixed distance as long as all frames are alike.
+        stride = POSE + 8 * -(-(STAMP + 4 + len(frame) + 1) // 8)
+        most = min(count - done, window, (len(data) - begin - POSE) // stride + 1)
+        if most < 1:
             raise IndexError
-        row[0] = numbers.unpack_from(data, here.numbers)
-        points[index] = _checked(row, index)
-        if index % PIECE == PIECE - 1:
+        alike = 1
+        if most > 1:
+            same = np.frombuffer(size.pack(len(frame) + 1) + frame + b"\0", np.uint8)
+            shape, place = (most - 1, len(same)), begin + POSE + STAMP
+            others = (np.ndarray(shape, np.uint8, data, place, (stride, 1)) != same).any(axis=1)
+            alike += int(others.argmax()) if others.any() else most - 1
+        rows = np.ndarray((alike, 7), f"{order}f8", data, begin, (stride, 8))
+        points[done : done + alike] = _checked(rows.astype(np.float64), done)
+        done, end = done + alike, begin + (alike - 1) * stride + POSE
+        window = AT_A_TIME if alike == most else PIECE
+        if done >= told + PIECE:
+            told = done
             yield
     return points
-
-
-def _as_text(frame: bytes, size: Struct) -> bytes:
-    return size.pack(len(frame) + 1) + frame + b"\0"
 
 
 def _aligned(offset: int, size: int) -> int:
