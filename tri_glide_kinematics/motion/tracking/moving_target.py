@@ -306,6 +306,10 @@ class TargetMotion:
 # A twist is led by this part of itself at most: what turns more from one to the next is no turn.
 LARGEST_LED = 0.5
 
+# The next twist is due after this part of the time for which the last one is led: just before an
+# interval is over.
+DUE = 0.6
+
 
 class ToldVelocity:
     """A wanted velocity as it was told last, and how it goes on until the next one is due."""
@@ -320,8 +324,8 @@ class ToldVelocity:
     def report(self, velocity: Vector3, time: float) -> bool:
         """Take the next report, of a ``time`` on the same clock [s].
 
-        The same velocity again says nothing, as it may be sent more often than it is made; for how
-        long the last one is led shows in how often it changed.
+        The same velocity again says nothing here, as it may be sent more often than it is made; for
+        how long the last one is led shows in how often it changed.
 
         Returns:
             Whether it is another one than was foreseen.
@@ -344,6 +348,11 @@ class ToldVelocity:
             self._trend.restart(velocity)
         self._value = self._trend.now.value
         return is_new
+
+    def repeat(self, time: float) -> None:
+        """Take the same velocity again: where another one is due, it changes no more."""
+        if time - self._learned >= DUE * self._lasts:
+            self._lasts = 0.0
 
     def at(self, time: float, foreseen: float = 0.0) -> WantedVelocity:
         """Return what is wanted at a ``time``.
