@@ -78,8 +78,9 @@ SHORTEST_INTERVAL = 0.0035
 # A target that is farther from where two velocities lead, as a part of their way, has jumped.
 JUMP = 0.1
 
-# What was foreseen goes on for so many intervals if no further report comes, as that may be late.
-LASTS = 1.5
+# What was foreseen goes on for so many intervals if no further report comes, as that may be late;
+# that of a target, as it may be lost.
+LASTS, TARGET_LASTS = 1.5, 2.25
 
 # How far ahead of a target its follower may aim [m], and what is added of the way that it has gone
 # since it last rested or turned: that much farther the follower may go beyond a sudden end.
@@ -223,8 +224,8 @@ class TargetMotion:
             # Where an acceleration changes so much, there is no saying how it goes on, either.
             jumped = not hypot(*beside) <= max(JUMP * way, largest)
             if not (jumped or hypot(*now.rate) > LARGEST_ACCELERATION):
-                late = interval > LONGEST_BEND
-                self._lasts = (1.0 if late else LASTS) * interval + min(max(age, 0.0), LONGEST_BEND)
+                intervals = 1.0 if interval > LONGEST_BEND else TARGET_LASTS
+                self._lasts = intervals * interval + min(max(age, 0.0), LONGEST_BEND)
                 self._start = self._position = combined(1.0, target.position, -kept, error)
                 if is_new:
                     self._forecasts.restart()
