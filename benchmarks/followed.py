@@ -20,6 +20,7 @@ from tri_glide_kinematics.vectors import FloatArray, Vector3
 HEIGHT, START, SEED = 0.3, (0.0, -0.05, 0.3), 3
 CAUGHT_UP = 1.0  # s until what follows is looked at
 SPEED = 0.1  # m/s of twists
+LOST = 0.05  # part of reports
 NEAR = 2.5e-5  # m from a target that is caught
 CALMEST = 90.0 / FAST
 MODES, DAMPING = (15.0, 30.0, 100.0), 0.03  # Hz
@@ -87,23 +88,25 @@ def followed(
     of_speed: float = 0.0,
     *,
     as_poses: bool = False,
+    lost: float = 0.0,
 ) -> Calm:
     """Return how a target is followed that is ``told`` each so many seconds.
 
     Its positions have a ``noise`` [m], its velocities one ``of_speed`` [m/s]. Of ``as_poses`` no
-    velocities are told.
+    velocities are told. Of all reports a part is ``lost``.
     """
     poses = ToldPlaces()
     engine, rng = engine_at(START), np.random.default_rng(SEED)
     heights, ideal, errors, tellings = [], [], [], 0
     for cycle in range(round((CAUGHT_UP + duration) / PERIOD)):
         if cycle * PERIOD >= tellings * told - 1e-9:
-            position, velocity = motion(cycle * PERIOD)
-            wrong = of_speed * rng.normal(size=3) if of_speed else np.zeros(3)
-            seen, speed = (position + noise * rng.normal(size=3)).tolist(), velocity + wrong
-            known = poses.report(seen, cycle * PERIOD) if as_poses else speed.tolist()
-            engine.move_to(seen) if known is None else engine.track(seen, known)
             tellings += 1
+            if not lost or rng.random() >= lost:
+                position, velocity = motion(cycle * PERIOD)
+                wrong = of_speed * rng.normal(size=3) if of_speed else np.zeros(3)
+                seen, speed = (position + noise * rng.normal(size=3)).tolist(), velocity + wrong
+                known = poses.report(seen, cycle * PERIOD) if as_poses else speed.tolist()
+                engine.move_to(seen) if known is None else engine.track(seen, known)
         heights.append(engine.step(PERIOD).heights)
         place, _ = motion((cycle + 1) * PERIOD)
         ideal.append(MACHINE.inverse(place))
@@ -213,6 +216,11 @@ def rows() -> Iterator[tuple[str, ...]]:
             name += f", {1e3 * noise:g} mm of noise"
         if of_speed:
             name += f", {1e3 * of_speed:g} mm/s of noise"
+        yield _row(name, found, f"{1e6 * found.behind:.1f} um")
+    for told, as_poses in ((0.01, False), (1.0 / 30.0, False), (1.0 / 30.0, True)):
+        found = followed(on_circle(0.03, 0.5), 4.0, told, as_poses=as_poses, lost=LOST)
+        name = f"{'poses' if as_poses else 'target'} on a circle of 30 mm, 0.5/s"
+        name += f", at {1.0 / told:.0f} Hz, {100.0 * LOST:g} % lost"
         yield _row(name, found, f"{1e6 * found.behind:.1f} um")
     for radius, turns, told, noise in (
         (0.02, 1.0, 0.01, 0.0),

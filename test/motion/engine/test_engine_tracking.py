@@ -35,6 +35,7 @@ from strategies import DEFAULT_LIMITS
 from benchmarks import followed as bench
 from benchmarks.judge import LIMITS as SOAKED_LIMITS
 from benchmarks.judge import WIDE
+from benchmarks.soak import engine_at
 from benchmarks.soak_follow import Case, driven
 from testing.plain_follower import dead, forth_and_back, gentle
 from testing.swing_behind import swing
@@ -509,6 +510,45 @@ def test_poses_on_a_circle_are_followed_calmly(radius, turns, told, noise, jerk,
     assert found.jerk < jerk
     assert found.fast < fast
     assert found.behind < error
+
+
+@pytest.mark.parametrize(("told", "as_poses"), [(0.01, False), (1.0 / 30.0, True)])
+def test_where_reports_are_lost_a_target_is_followed_as_calmly(told, as_poses):
+    """It took 9 and 26 times the jerk of its circle: what was foreseen ended, or was new."""
+    motion = bench.on_circle(0.03, 0.5)
+    found = bench.followed(motion, 2.0, told, as_poses=as_poses, lost=0.05)
+    assert found.jerk < 1.4
+    assert found.behind < 2.5e-5
+
+
+@pytest.mark.parametrize(("part", "angle"), [(0.9, 0.0), (1.5, 0.0), (1.0, 0.1), (0.8, -0.5)])
+def test_velocities_that_are_told_wrong_again_and_again_are_corrected(part, angle):
+    """It was run after with up to 80 times the jerk of its circle."""
+    circle, turn = bench.on_circle(0.02, 1.0), part * np.exp(1j * angle)
+
+    def motion(time: float) -> tuple:
+        place, (x, y, z) = circle(time)
+        wrong = turn * complex(x, y)
+        return place, (wrong.real, wrong.imag, part * z)
+
+    found = bench.followed(motion, 1.0, 0.01)
+    assert found.jerk < 1.1
+    assert found.behind < 5e-6
+
+
+def test_a_turn_that_ends_unnoticed_is_overshot_by_what_the_messages_in_between_take():
+    engine, angles = engine_at((0.0, 0.0, 0.3)), []
+    for cycle in range(800):
+        if cycle % 20 == 0:
+            angle = math.tau * min(0.001 * cycle, 0.5)
+            engine.jog((0.1 * math.cos(angle), 0.1 * math.sin(angle), 0.0))
+        state = engine.step(0.001)
+        x, y, _ = MACHINE.forward_velocity(state.heights, state.velocities)[1]
+        angles.append(math.atan2(y, -x))
+    beyond = np.array(angles[480:])
+    # For 20 ms, and what it takes to turn no more.
+    assert math.tau * 0.02 < -beyond.min() < math.tau * 0.03
+    assert np.abs(beyond[110:]).max() < math.tau * 0.002
 
 
 def test_much_noise_keeps_no_target_from_being_caught(monkeypatch):

@@ -209,6 +209,19 @@ def test_where_a_target_turns_or_rests_of_a_sudden_no_acceleration_is_led(veloci
     assert not any(later.acceleration)
 
 
+def test_right_velocities_are_not_corrected_by_noise_nor_by_a_jump():
+    rng, right = np.random.default_rng(3), (0.1, 0.0, 0.0)
+    motion = TargetMotion(MovingTarget((0.0, 0.0, 0.3), right), 0.0)
+    wrong = []
+    for number in range(1, 300):
+        time = 0.01 * number
+        x, y, z = 1e-4 * rng.normal(size=3) + (0.02 * (number > 150), 0.0, 0.0)
+        motion.report(MovingTarget((x + 0.1 * time, y, 0.3 + z), right), time)
+        wrong.append(math.dist(motion.at(time).velocity, right))
+    # The noise of a velocity that positions tell is 14 mm/s.
+    assert np.mean(wrong) < 5e-4
+
+
 def test_a_follower_takes_no_run_up():
     # Before the platform has moved, the target is as fast as it only becomes on a long way.
     target = MovingTarget((0.001, 0.0, 0.3), (0.3, 0.0, 0.0), lead=5e-5)

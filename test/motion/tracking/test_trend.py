@@ -95,6 +95,17 @@ def test_a_turn_that_ends_is_overshot_by_what_was_led_until_the_first_report_tha
         assert velocity.at((number + 0.6) * INTERVAL) == (last, STILL)
 
 
+def test_a_twist_that_is_repeated_when_another_one_is_due_is_led_no_more():
+    velocity = ToldVelocity(turning(0.0), 0.0)
+    for number in range(1, 60):
+        velocity.report(turning(number * INTERVAL), number * INTERVAL)
+    time = 59 * INTERVAL
+    velocity.repeat(time + 0.8 * INTERVAL)
+    assert any(velocity.at(time + INTERVAL).acceleration)
+    velocity.repeat(time + INTERVAL)
+    assert velocity.at(time + INTERVAL) == (turning(time), STILL)
+
+
 def test_a_stick_that_is_held_or_pushed_at_once_is_not_led():
     rng = np.random.default_rng(5)
     velocity, time = ToldVelocity(STILL, 0.0), 0.0

@@ -168,6 +168,7 @@ class PlanExecution:
     def keep_goal(self) -> None:
         """Give up a new goal that is still being prepared; what is held goes on."""
         self.plans.keep_goal()
+        self.tracking.tracker.repeat_velocity()
 
     def go_over_to(self, goal: Command) -> bool:
         """Track a ``goal`` in motion, if a step towards it is certified; return whether it is."""

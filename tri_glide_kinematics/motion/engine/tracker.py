@@ -116,6 +116,11 @@ class Tracker:
         self._velocity = ToldVelocity(velocity, self._time)
         return True
 
+    def repeat_velocity(self) -> None:
+        """Take in that the velocity that is wanted is still the same."""
+        if self._velocity is not None:
+            self._velocity.repeat(self._time)
+
     def next(self, held: HeldMotion, time: float, dt: float) -> HeldMotion | None:
         """Return what is held for a step of ``dt`` [s], from ``time`` [s] in the held plan on.
 

@@ -18,7 +18,7 @@ from tri_glide_kinematics.motion.tracking.trend import (
     between,
     turned_by,
 )
-from tri_glide_kinematics.vectors import Vector3, combined, minus, plus, scaled
+from tri_glide_kinematics.vectors import Vector3, combined, cross, dot, minus, plus, scaled
 
 
 class WantedVelocity(NamedTuple):
@@ -78,8 +78,9 @@ SHORTEST_INTERVAL = 0.0035
 # A target that is farther from where two velocities lead, as a part of their way, has jumped.
 JUMP = 0.1
 
-# What was foreseen goes on for so many intervals if no further report comes, as that may be late.
-LASTS = 1.5
+# What was foreseen goes on for so many intervals if no further report comes, as that may be late;
+# that of a target, as it may be lost.
+LASTS, TARGET_LASTS = 1.5, 2.25
 
 # How far ahead of a target its follower may aim [m], and what is added of the way that it has gone
 # since it last rested or turned: that much farther the follower may go beyond a sudden end.
@@ -100,6 +101,16 @@ NO_BENDS = 0.4, 0.5
 # What an error counts in the means of the noise of velocities, and the multiple of the mean beyond
 # which one is something new.
 PATIENT, NEW = 0.08, 5.0
+
+# Velocities that are wrong by the same part, or turned by the same angle, again and again are
+# corrected: from the first part of them on in part, from the second on wholly. So they are where
+# that explains so much of what is wrong, which noise and curves do not. A report counts for less by
+# a factor after each further one; one that is wrong by more is a jump.
+CORRECTED, EXPLAINED = (0.002, 0.01), (0.2, 0.5)
+REMEMBERED, LARGEST_PART = 0.95, 2.0
+
+# Of so many reports nothing can be told, as anything explains them.
+FITTED = 2.0
 
 # How a target goes on is foreseen for so long; then it shows how much of that was right [s]. What a
 # forecast missed counts for so much in the mean, and as so much at most [m]. A rate of change is
@@ -159,6 +170,44 @@ class Forecasts:
         self.bend = self.rate * (1.0 - between(twisted / least, HELPS, MISLEADS))
 
 
+class WrongVelocities:
+    r"""What velocities are to be multiplied and turned by to lead from one position to the next.
+
+    Where $v$ is told and $v + e$ seen, the least squares of $e - (p v + w \times v)$ in a plane are
+    at $p = \sum v e / \sum v^2$ and $w = \sum v \times e / \sum v^2$.
+    """
+
+    def __init__(self) -> None:
+        """Trust what is told, until it turns out wrong."""
+        self._part, self._turn = 0.0, ZERO
+        self._count = self._told = self._wrong = self._along = 0.0
+        self._across = ZERO
+
+    def report(self, told: Vector3, seen: Vector3) -> None:
+        """Compare a velocity as ``told`` with the one that was ``seen`` meanwhile [m/s]."""
+        wrong = minus(seen, told)
+        # Written so that NaN counts nothing; a jump does not, either.
+        if not hypot(*wrong) <= LARGEST_PART * hypot(*told):
+            return
+        self._count = REMEMBERED * self._count + 1.0
+        self._told = REMEMBERED * self._told + dot(told, told)
+        self._wrong = REMEMBERED * self._wrong + dot(wrong, wrong)
+        self._along = REMEMBERED * self._along + dot(told, wrong)
+        self._across = combined(REMEMBERED, self._across, 1.0, cross(told, wrong))
+        size, free = hypot(self._along, *self._across), self._count - FITTED
+        if size > 0.0 and free > 0.0:
+            left = (1.0 - size * size / (self._told * self._wrong)) * self._count / free
+            explained = between(1.0 - left, *EXPLAINED)
+            part = explained * between(size / self._told, *CORRECTED) / self._told
+            self._part, self._turn = part * self._along, scaled(self._across, part)
+
+    def corrected(self, velocity: Vector3) -> Vector3:
+        """Return what a ``velocity`` is likely to be [m/s]; as it is told where it is not wrong."""
+        if not (self._part or any(self._turn)):
+            return velocity
+        return combined(1.0 + self._part, velocity, 1.0, cross(self._turn, velocity))
+
+
 class TargetMotion:
     """A target as it was reported last, and how it goes on."""
 
@@ -169,7 +218,9 @@ class TargetMotion:
         # What is wrong in the velocities as told, and in those that positions tell.
         self._told_errors, self._differences = Noise(PATIENT), Noise(PATIENT)
         self._apart = Noise(PATIENT)
-        self._mean: Vector3 | None = None
+        self._wrong = WrongVelocities()
+        # Mean velocity between the last two reports, and how far they were apart.
+        self._mean: tuple[Vector3, float] | None = None
         self._start = self._position = first.position
         self._course = self._velocity.now
         self._time = self._learned = time
@@ -198,7 +249,8 @@ class TargetMotion:
         self._time, since = time, time - self._time
         if 0.0 < interval < SHORTEST_INTERVAL:
             _, rate, bend = self._course.after(since)
-            self._position, self._course = target.position, Course(target.velocity, rate, bend)
+            velocity = self._wrong.corrected(target.velocity)
+            self._position, self._course = target.position, Course(velocity, rate, bend)
             return False
         self._learned = time
         last, self._last = self._last, target
@@ -208,6 +260,14 @@ class TargetMotion:
         rests = not any(target.velocity)
         if SHORTEST_INTERVAL <= interval <= LONGEST_INTERVAL and not rests:
             before = self._velocity.now
+            both = scaled(plus(last.velocity, target.velocity), 0.5)
+            seen = scaled(minus(target.position, last.position), 1.0 / interval)
+            bent = combined(1.0, both, -interval * interval / 12.0, before.bend)
+            self._wrong.report(bent, seen)
+            target, last = (
+                each._replace(velocity=self._wrong.corrected(each.velocity))
+                for each in (target, last)
+            )
             # What the velocities miss of the way, over what they are wrong by.
             changes = interval * interval * self._velocity.bends
             noise = between(self._errors.size / changes, *NO_BENDS) if changes > 0.0 else 0.0
@@ -223,8 +283,8 @@ class TargetMotion:
             # Where an acceleration changes so much, there is no saying how it goes on, either.
             jumped = not hypot(*beside) <= max(JUMP * way, largest)
             if not (jumped or hypot(*now.rate) > LARGEST_ACCELERATION):
-                late = interval > LONGEST_BEND
-                self._lasts = (1.0 if late else LASTS) * interval + min(max(age, 0.0), LONGEST_BEND)
+                intervals = 1.0 if interval > LONGEST_BEND else TARGET_LASTS
+                self._lasts = intervals * interval + min(max(age, 0.0), LONGEST_BEND)
                 self._start = self._position = combined(1.0, target.position, -kept, error)
                 if is_new:
                     self._forecasts.restart()
@@ -252,7 +312,7 @@ class TargetMotion:
         """
         value, rate, bend = self._velocity.now
         mean = scaled(minus(target.position, before.position), 1.0 / interval)
-        last, self._mean = self._mean, mean
+        last, self._mean = self._mean, (mean, interval)
         error = minus(target.velocity, combined(1.0, value, interval, rate))
         is_new = hypot(*error) > NEW * self._told_errors.size
         self._told_errors.take(error)
@@ -260,7 +320,8 @@ class TargetMotion:
         self._apart.take(combined(1.0, minus(mean, both), interval * interval / 12.0, bend))
         if last is None:
             return target.velocity
-        self._differences.take(minus(mean, combined(1.0, last, interval, rate)))
+        apart = 0.5 * (last[1] + interval)
+        self._differences.take(minus(mean, combined(1.0, last[0], apart, rate)))
         told, seen = self._told_errors.noise, PART_OF_DIFFERENCE * self._differences.noise
         if is_new or not told > ROUNDING:
             return target.velocity
@@ -306,6 +367,10 @@ class TargetMotion:
 # A twist is led by this part of itself at most: what turns more from one to the next is no turn.
 LARGEST_LED = 0.5
 
+# The next twist is due after this part of the time for which the last one is led: just before an
+# interval is over.
+DUE = 0.6
+
 
 class ToldVelocity:
     """A wanted velocity as it was told last, and how it goes on until the next one is due."""
@@ -320,8 +385,8 @@ class ToldVelocity:
     def report(self, velocity: Vector3, time: float) -> bool:
         """Take the next report, of a ``time`` on the same clock [s].
 
-        The same velocity again says nothing, as it may be sent more often than it is made; for how
-        long the last one is led shows in how often it changed.
+        The same velocity again says nothing here, as it may be sent more often than it is made; for
+        how long the last one is led shows in how often it changed.
 
         Returns:
             Whether it is another one than was foreseen.
@@ -344,6 +409,11 @@ class ToldVelocity:
             self._trend.restart(velocity)
         self._value = self._trend.now.value
         return is_new
+
+    def repeat(self, time: float) -> None:
+        """Take the same velocity again: where another one is due, it changes no more."""
+        if time - self._learned >= DUE * self._lasts:
+            self._lasts = 0.0
 
     def at(self, time: float, foreseen: float = 0.0) -> WantedVelocity:
         """Return what is wanted at a ``time``.

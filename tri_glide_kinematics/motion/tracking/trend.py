@@ -12,7 +12,7 @@ no noise but something new: the report is taken as it is.
 
 from __future__ import annotations
 
-from math import hypot
+from math import hypot, inf
 from typing import NamedTuple
 
 from tri_glide_kinematics.vectors import Vector3, combined, dot, minus, scaled
@@ -31,8 +31,9 @@ NOISE, NO_NOISE = 0.4, 0.7
 # An error that is so much larger than the mean is something new, unless the one before was, too.
 SURPRISE = 4.0
 
-# What is smaller is rounding, and nothing new however small it was before [m], [m/s].
-ROUNDING = 1e-9
+# What is smaller is rounding, and nothing new however small it was before [m], [m/s]; of velocities
+# that no hand makes, neither is this [m/s].
+ROUNDING, HARDLY_NEW = 1e-9, 3e-4
 
 # A rate is led as far as what it changes from one report to the next stands out of the noise: not
 # at all at this many times the mean error, and wholly at twice that: with a long memory it is far
@@ -60,16 +61,21 @@ class Noise:
         size: mean of their sizes.
     """
 
-    def __init__(self, newest: float = NEWEST) -> None:
-        """Begin without any; a ``newest`` vector counts for so much in the means."""
-        self._newest = newest
+    def __init__(self, newest: float = NEWEST, surprising: float = ROUNDING) -> None:
+        """Begin without any.
+
+        Args:
+            newest: what the newest vector counts for in the means.
+            surprising: a vector of this size is nothing new, however small they were before.
+        """
+        self._newest, self._surprising = newest, surprising
         self.size = 0.0
         self._mean = ZERO
         self._was_surprised = False
 
     def surprises(self, vector: Vector3) -> bool:
         """Return whether a ``vector`` is something new; else take it in."""
-        is_large = hypot(*vector) > max(SURPRISE * self.size, ROUNDING)
+        is_large = hypot(*vector) > max(SURPRISE * self.size, self._surprising)
         self._was_surprised = is_large and not self._was_surprised
         if not self._was_surprised:
             self.take(vector)
@@ -140,8 +146,10 @@ class Trend:
                 something new has none.
         """
         self._by_hand = by_hand
-        self._errors, self._bends = Noise(), Noise()
+        self._errors = Noise(surprising=ROUNDING if by_hand else HARDLY_NEW)
+        self._bends = Noise()
         self._count = 0
+        self._interval = inf
         # Whether it has gone on so for a while: so has what rests.
         self._went_on = not any(value)
         self.restart(value)
@@ -167,10 +175,13 @@ class Trend:
         foreseen = self.now.after(interval)
         error = minus(value, foreseen.value)
         slope = scaled(minus(value, self._told), 1.0 / interval)
-        is_new = self._errors.surprises(error)
+        # Where reports are lost, more may be wrong.
+        lost = 1.0 if self._by_hand else max(round(interval / self._interval), 1)
+        self._interval = interval
+        is_new = self._errors.surprises(scaled(error, 1.0 / (lost * lost)))
         if is_new:
             self._count = 0
-        if is_new or interval > LONGEST_BEND:
+        if is_new or interval > lost * LONGEST_BEND:
             # From what went on otherwise to this is no slope, but a jump.
             jumps, self._went_on = is_new and self._went_on, True
             self.restart(value, ZERO if jumps or self._by_hand else slope)
