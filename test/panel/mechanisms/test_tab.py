@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from mechanisms_rig import CONFIG, Rig
 
-from tri_glide_kinematics.panel.mechanisms import NONE, example_files, shown_of, view_of
 from tri_glide_kinematics.panel.mechanisms.show import Show
+from tri_glide_kinematics.panel.mechanisms.tab import NONE, example_files, shown_of, view_of
 from tri_glide_kinematics.settings import IK_NODE
 
 
