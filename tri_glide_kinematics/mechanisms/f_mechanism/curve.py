@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
-    CrankPins,
+    Complex,
     Linkage,
     Number,
     RodJacobian,
+    direction,
     pins_at,
     rod_jacobian,
 )
@@ -95,64 +96,49 @@ class Curve:
     """The rod equations of one mechanism along one drive."""
 
     def __init__(self, linkage: Linkage, drive: Drive) -> None:
-        """Precompute the bounds of the third derivatives."""
+        """Write the rod equations as sums of cosines."""
         self.linkage = linkage
         self.drive = drive
         a0, b0, c0 = linkage.pivots
         # Nothing depends on where the mechanism lies, and far away digits would be lost.
         self._centred = replace(linkage, pivots=(0j, b0 - a0, c0 - a0))
-        self._third_b = self._third_derivative(1, linkage.platform_b, b0 - a0)
-        self._third_c = self._third_derivative(2, linkage.platform_c, c0 - a0)
+        products, waves = zip(*(self._cosines(rod) for rod in (1, 2)))
+        self._products, self._waves = np.array(products), np.array(waves)
+        thirds = abs(self._products) * np.linalg.norm(self._waves, axis=2) ** 3
+        self._third_b, self._third_c = thirds.sum(axis=1).tolist()
         self._tolerance = linkage.size * min(
             ON_CURVE * linkage.size, _ON_CURVE_OF_SHORT_RODS * linkage.reach
         )
 
-    def _third_derivative(self, rod: int, platform: complex, offset: complex) -> float:
-        """Bound of the third derivative of a rod equation.
+    def _cosines(self, rod: int) -> tuple[Complex, FloatArray]:
+        """A rod equation as a constant and the sum of ``Re(product exp(i wave . x))``.
 
-        A term ``A cos(k . x)`` contributes A |k|^3.
+        Its rod is the sum of five vectors, each of which turns with x, so that half its square has
+        ten products of two of them. Shapes (10,) [m^2], (10, 3).
         """
-        rod_a, crank_a, crank = (
-            self.linkage.rods[0],
-            self.linkage.cranks[0],
-            self.linkage.cranks[rod],
+        linkage, rates = self._centred, self.drive.rates
+        cranks = np.multiply(linkage.cranks, direction(np.array(self.drive.start)))
+        platform = linkage.joints[rod] - linkage.joints[0]
+        vectors = np.array(
+            [linkage.rods[0], platform, -linkage.pivots[rod], cranks[0], -cranks[rod]]
         )
-        rate_a, rate = abs(self.drive.rates[0]), abs(self.drive.rates[rod])
-        difference = abs(self.drive.rates[0] - self.drive.rates[rod])
-        arm, base = abs(platform), abs(offset)
-        with_cranks = crank_a * (1.0 + rate_a**2) ** 1.5 + crank * (1.0 + rate**2) ** 1.5
-        return (
-            rod_a * arm * 2.0**1.5
-            + (rod_a + arm) * (base + with_cranks)
-            + base * (crank_a * rate_a**3 + crank * rate**3)
-            + crank_a * crank * difference**3
-        )
-
-    def _at(self, x: Vector3) -> tuple[complex, complex, CrankPins]:
-        """Vector of rod A, direction of the platform and crank pins at a point."""
-        alpha, phi, s = x
-        pins = pins_at(self._centred, self.drive.crank_angles(s), self.drive.rates)
-        return cmath.rect(self.linkage.rods[0], alpha), cmath.rect(1.0, phi), pins
+        turns = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 0), (0, 0, rates[0]), (0, 0, rates[rod])])
+        first, second = np.triu_indices(5, 1)
+        return vectors[first] * vectors[second].conj(), turns[first] - turns[second]
 
     def gradients(self, x: Vector3) -> RodJacobian:
         """Rod equations and their gradients; ``drive`` is s."""
-        v, z, pins = self._at(x)
+        alpha, phi, s = x
+        pins = pins_at(self._centred, self.drive.crank_angles(s), self.drive.rates)
+        v, z = cmath.rect(self.linkage.rods[0], alpha), cmath.rect(1.0, phi)
         return rod_jacobian(self._centred, pins, z, v)
 
     def hessians(self, x: Vector3) -> FloatArray:
         """Second derivatives of both rod equations, shape (2, 3, 3)."""
-        v, z, pins = self._at(x)
-        rate_a, rate_b, rate_c = self.drive.rates
-        bend = 1j * rate_a * pins.a_rate
-        d_b, d_c = self.linkage.platform_b, self.linkage.platform_c
-        e_b, b_rate = pins.b - pins.a, pins.b_rate - pins.a_rate
-        e_c, c_rate = pins.c - pins.a, pins.c_rate - pins.a_rate
-        return np.array(
-            [
-                _hessian(v, z * d_b, e_b, b_rate, 1j * rate_b * pins.b_rate - bend),
-                _hessian(v, z * d_c, e_c, c_rate, 1j * rate_c * pins.c_rate - bend),
-            ]
-        )
+        waves = self._waves
+        cosines = (self._products * np.exp(1j * (waves @ x))).real[:, np.newaxis]
+        hessians: FloatArray = -(cosines * waves.swapaxes(1, 2)) @ waves
+        return hessians
 
     def frame(self, x: Vector3, at: RodJacobian | None = None) -> Frame | None:
         """Tangent, normals and bounds at a point of the curve; None where it is singular."""
@@ -206,18 +192,6 @@ class Curve:
 def ahead(frame: Frame, h: float) -> Vector3:
     """Point on the tangent of ``frame`` at ``h``."""
     return combined(1.0, frame.x, h, frame.tangent)
-
-
-def _hessian(v: complex, zd: complex, e: complex, e1: complex, e2: complex) -> list[list[float]]:
-    """Second derivatives of |v + zd - e|^2 / 2, with e1 and e2 the derivatives of e."""
-    r = v + zd - e
-    turn, swing = (v.conjugate() * zd).real, (e1.conjugate() * v).imag
-    spin = (e1.conjugate() * zd).imag
-    return [
-        [-(v.conjugate() * (zd - e)).real, turn, swing],
-        [turn, -(zd.conjugate() * (v - e)).real, spin],
-        [swing, spin, abs(e1) ** 2 - (r.conjugate() * e2).real],
-    ]
 
 
 # Follow one branch of the curve of positions, arc by arc, without ever leaving it.
