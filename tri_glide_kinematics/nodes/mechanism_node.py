@@ -147,25 +147,23 @@ def crank_angles(sweep: msg.CrankSweep, max_steps: int, max_turns: int) -> NDArr
             were given one by one do not all rise or all fall.
     """
     given = np.asarray(sweep.crank_angles, dtype=np.float64)
-    steps = given.size - 1 if given.size else sweep.steps
-    if not 1 <= steps <= max_steps:
-        name = "len(crank_angles) - 1" if given.size else "steps"
-        raise OutOfBoundsError(name, steps, f"from 1 to {max_steps}")
+    steps, name = sweep.steps, "steps"
     if given.size:
-        for index in np.flatnonzero(~(np.abs(given) <= LARGEST)):
-            _check_value(float(given[index]), f"crank_angles[{index}]")
-        differences = np.diff(given)
-        for index in np.flatnonzero(differences * (given[-1] - given[0]) <= 0.0):
-            value = float(given[index + 1])
-            bound = "beyond the one before, all rising or all falling,"
-            raise OutOfBoundsError(f"crank_angles[{index + 1}]", value, bound, "rad")
-        first, last = float(given[0]), float(given[-1])
-    else:
-        first, last = sweep.start_angle, sweep.end_angle
-    turns = abs(last - first) / math.tau
+        steps, name = given.size - 1, "len(crank_angles) - 1"
+    if not 1 <= steps <= max_steps:
+        raise OutOfBoundsError(name, steps, f"from 1 to {max_steps}")
+    for index in np.flatnonzero(~(np.abs(given) <= LARGEST)):
+        _check_value(float(given[index]), f"crank_angles[{index}]")
+    for index in np.flatnonzero(np.diff(given) * (given[-1:] - given[:1]) <= 0.0):
+        value = float(given[index + 1])
+        bound = "beyond the one before, all rising or all falling,"
+        raise OutOfBoundsError(f"crank_angles[{index + 1}]", value, bound, "rad")
+    even = np.linspace(sweep.start_angle, sweep.end_angle, steps + 1)
+    angles = given if given.size else even
+    turns = abs(float(angles[-1] - angles[0])) / math.tau
     if turns > max_turns:
         raise OutOfBoundsError("range of the crank angle", turns, f"at most {max_turns}", "turns")
-    return given if given.size else np.linspace(first, last, steps + 1)
+    return angles
 
 
 # A trace has at most this many steps.
