@@ -282,6 +282,7 @@ _EXACT = 1e-11
 def zero_on_arc(
     curve: Curve,
     frame: Frame,
+    near: Vector3,
     ends: tuple[float, float],
     values: tuple[float, float],
     function: Callable[[Vector3, RodJacobian], float],
@@ -291,13 +292,14 @@ def zero_on_arc(
     Args:
         curve: the curve.
         frame: in whose tube the arc lies.
+        near: the end that is next to the point, which it is if the arc cannot be divided.
         ends: tangential coordinates of the ends of the arc.
         values: of the function there.
         function: rises all along the arc, or falls.
     """
     (low, high), (at_low, at_high) = ends, values
     rising = at_high > at_low
-    x = frame.x
+    x = near
     for _ in range(_BISECTIONS):
         if abs(high - low) < 1e-15:
             break
@@ -482,7 +484,7 @@ def follow(curve: Curve, x: Vector3, sense: float, largest_step: float) -> Itera
         if advanced is None or following is None:
             yield Passed(EventKind.SINGULAR, frame.x, False)
             return
-        x, _, h, radius = advanced
+        x, at, h, radius = advanced
         covered += abs(h)
         start_tangent, end_tangent = (
             scaled(frame.tangent, sense),
@@ -491,8 +493,8 @@ def follow(curve: Curve, x: Vector3, sense: float, largest_step: float) -> Itera
         if standing or (frame.tangent[2] > 0.0) == (following.tangent[2] > 0.0):
             yield Arc(frame, 0.0, h, radius, frame.x, x, start_tangent, end_tangent)
         else:
-            slopes = curve.gradients(frame.x).determinant, curve.gradients(x).determinant
-            point = zero_on_arc(curve, frame, (0.0, h), slopes, lambda _, at: at.determinant)
+            ends, slopes = (0.0, h), (curve.gradients(frame.x).determinant, at.determinant)
+            point = zero_on_arc(curve, frame, x, ends, slopes, lambda _, at: at.determinant)
             middle = dot(minus(point, frame.x), frame.tangent)
             at_point = curve.frame(point)
             tangent = scaled(at_point.tangent, sense) if at_point else start_tangent

@@ -279,7 +279,8 @@ def point_on_arc(curve: Curve, arc: Arc, s: float) -> Vector3:
         start, end = arc.start, arc.end
         return p * start[0] + q * end[0], p * start[1] + q * end[1], s
     values = arc.start[2] - s, arc.end[2] - s
-    return zero_on_arc(curve, arc.frame, (arc.low, arc.high), values, lambda x, _: x[2] - s)
+    near = arc.start if part < 0.5 else arc.end
+    return zero_on_arc(curve, arc.frame, near, (arc.low, arc.high), values, lambda x, _: x[2] - s)
 
 
 def _on_arc(arcs: Sequence[Arc], which: NDArray[np.int64], points: FloatArray) -> NDArray[np.bool_]:
