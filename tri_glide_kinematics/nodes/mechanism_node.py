@@ -11,51 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.node import Node
 
-from tri_glide_interfaces.msg import (
-    CrankSweep,
-    FourBarDeadCentre,
-    FourBarProperties,
-    Point2,
-    TraceEvent,
-)
-from tri_glide_interfaces.msg import FMechanism as FMechanismMessage
-from tri_glide_interfaces.msg import FMechanismPose as FMechanismPoseMessage
-from tri_glide_interfaces.msg import FourBar as FourBarMessage
-from tri_glide_interfaces.msg import FourBarPose as FourBarPoseMessage
-from tri_glide_interfaces.msg import LandingGear as LandingGearMessage
-from tri_glide_interfaces.msg import LandingGearMotion as MotionMessage
-from tri_glide_interfaces.srv import (
-    SolveFMechanism,
-    SolveFourBar,
-    SolveLandingGear,
-    TraceFMechanism,
-    TraceFourBar,
-)
+from tri_glide_interfaces import msg, srv
 from tri_glide_kinematics.checks import finite
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
-from tri_glide_kinematics.mechanisms.f_mechanism import (
-    EventKind,
-    FMechanism,
-    FMechanismEvent,
-    FMechanismPose,
-    FMechanismTrace,
-)
-from tri_glide_kinematics.mechanisms.four_bar import (
-    AssembledFourBar,
-    Branch,
-    BranchSweep,
-    CrankLimitError,
-    DeadCentre,
-    FourBar,
-    FourBarPose,
-    SweepEvent,
-    SweepEventKind,
-    sweep_events,
-)
-from tri_glide_kinematics.mechanisms.landing_gear import LandingGear, LandingGearMotion
+from tri_glide_kinematics.mechanisms import f_mechanism, four_bar, landing_gear
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismPose
+from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
 from tri_glide_kinematics.ros.live_parameters import LiveParameters
 from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
+from tri_glide_kinematics.vectors import Point
 from tri_glide_kinematics.wording import number_text
 
 # Of each: the mechanism that a message describes, a function for each service that fills the
@@ -109,15 +74,24 @@ def check_size(name: str, size: float) -> None:
         raise OutOfBoundsError(name, size, f"at least {SMALLEST:g}", "m")
 
 
-def point(message: Point2) -> tuple[float, float]:
-    """Return x and y."""
-    return message.x, message.y
+def plain(value: Any) -> Any:
+    """Return what a field holds: points as x and y, arrays as lists."""
+    if isinstance(value, msg.Point2):
+        return value.x, value.y
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return [plain(item) for item in value] if isinstance(value, list) else value
 
 
-def point_message(place: Iterable[float]) -> Point2:
+def contents(message: Any) -> dict[str, Any]:
+    """Return all fields of a message by their names."""
+    return {name: plain(getattr(message, name)) for name in message.get_fields_and_field_types()}
+
+
+def point_message(place: Iterable[float]) -> msg.Point2:
     """Return a point of x and y."""
     x, y = place
-    return Point2(x=float(x), y=float(y))
+    return msg.Point2(x=float(x), y=float(y))
 
 
 def column(values: NDArray[np.float64]) -> array[float]:
@@ -128,13 +102,15 @@ def column(values: NDArray[np.float64]) -> array[float]:
 def filled(message: Message, values: object, **others: Any) -> Message:
     """Fill a message from ``others``, or else from the attributes that its fields are named after.
 
-    Many points, of shape (n, 2), fill two columns: NAME_x and NAME_y. None leaves a field as it is.
+    A column is named after one of many values, and its attribute after all of them. Many points, of
+    shape (n, 2), fill two columns: NAME_x and NAME_y. None leaves a field as it is.
     """
     kinds: dict[str, str] = message.get_fields_and_field_types()  # type: ignore[attr-defined]
     for field, kind in kinds.items():
         axis = ("_x", "_y").index(field[-2:]) if field[-2:] in ("_x", "_y") else None
         name = field if axis is None else field[:-2]
-        value = others[name] if name in others else getattr(values, name, None)
+        many = f"{name[:-1]}ies" if name.endswith("y") else f"{name}s"
+        value = others.get(name, getattr(values, name, getattr(values, many, None)))
         if value is None:
             continue
         if kind == POINT:
@@ -162,7 +138,7 @@ def one_of(name: str, value: int, choices: Iterable[int]) -> int:
     return value
 
 
-def crank_angles(sweep: CrankSweep, max_steps: int, max_turns: int) -> NDArray[np.float64]:
+def crank_angles(sweep: msg.CrankSweep, max_steps: int, max_turns: int) -> NDArray[np.float64]:
     """Return the crank angles of the rows of a trace, rising or falling. Shape (n,) [rad].
 
     Raises:
@@ -171,25 +147,23 @@ def crank_angles(sweep: CrankSweep, max_steps: int, max_turns: int) -> NDArray[n
             were given one by one do not all rise or all fall.
     """
     given = np.asarray(sweep.crank_angles, dtype=np.float64)
-    steps = given.size - 1 if given.size else sweep.steps
-    if not 1 <= steps <= max_steps:
-        name = "len(crank_angles) - 1" if given.size else "steps"
-        raise OutOfBoundsError(name, steps, f"from 1 to {max_steps}")
+    steps, name = sweep.steps, "steps"
     if given.size:
-        for index in np.flatnonzero(~(np.abs(given) <= LARGEST)):
-            _check_value(float(given[index]), f"crank_angles[{index}]")
-        differences = np.diff(given)
-        for index in np.flatnonzero(differences * (given[-1] - given[0]) <= 0.0):
-            value = float(given[index + 1])
-            bound = "beyond the one before, all rising or all falling,"
-            raise OutOfBoundsError(f"crank_angles[{index + 1}]", value, bound, "rad")
-        first, last = float(given[0]), float(given[-1])
-    else:
-        first, last = sweep.start_angle, sweep.end_angle
-    turns = abs(last - first) / math.tau
+        steps, name = given.size - 1, "len(crank_angles) - 1"
+    if not 1 <= steps <= max_steps:
+        raise OutOfBoundsError(name, steps, f"from 1 to {max_steps}")
+    for index in np.flatnonzero(~(np.abs(given) <= LARGEST)):
+        _check_value(float(given[index]), f"crank_angles[{index}]")
+    for index in np.flatnonzero(np.diff(given) * (given[-1:] - given[:1]) <= 0.0):
+        value = float(given[index + 1])
+        bound = "beyond the one before, all rising or all falling,"
+        raise OutOfBoundsError(f"crank_angles[{index + 1}]", value, bound, "rad")
+    even = np.linspace(sweep.start_angle, sweep.end_angle, steps + 1)
+    angles = given if given.size else even
+    turns = abs(float(angles[-1] - angles[0])) / math.tau
     if turns > max_turns:
         raise OutOfBoundsError("range of the crank angle", turns, f"at most {max_turns}", "turns")
-    return given if given.size else np.linspace(first, last, steps + 1)
+    return angles
 
 
 # A trace has at most this many steps.
@@ -200,19 +174,15 @@ MAX_STEPS = 100_000
 # A trace covers at most this many turns of the crank.
 FOUR_BAR_TURNS = 1000
 
-BRANCHES = {FourBarPoseMessage.OPEN: Branch.OPEN, FourBarPoseMessage.CROSSED: Branch.CROSSED}
-BRANCH_NUMBERS = {
-    Branch.OPEN: FourBarPoseMessage.OPEN,
-    Branch.CROSSED: FourBarPoseMessage.CROSSED,
-    None: FourBarPoseMessage.BOTH,
-}
+BRANCHES = {msg.FourBarPose.OPEN: Branch.OPEN, msg.FourBarPose.CROSSED: Branch.CROSSED}
+BRANCH_NUMBERS = {branch: number for number, branch in BRANCHES.items()}
 FOUR_BAR_EVENTS = {
-    SweepEventKind.LIMIT: TraceEvent.LIMIT,
-    SweepEventKind.CHANGE_POINT: TraceEvent.BIFURCATION,
+    four_bar.SweepEventKind.LIMIT: msg.TraceEvent.LIMIT,
+    four_bar.SweepEventKind.CHANGE_POINT: msg.TraceEvent.BIFURCATION,
 }
 
 
-def solve_four_bar(request: SolveFourBar.Request, response: SolveFourBar.Response) -> None:
+def solve_four_bar(request: srv.SolveFourBar.Request, response: srv.SolveFourBar.Response) -> None:
     """Fill the response with both poses.
 
     Raises:
@@ -222,11 +192,19 @@ def solve_four_bar(request: SolveFourBar.Request, response: SolveFourBar.Respons
     response.properties = properties_message(linkage)
     poses = linkage.solve(request.crank_angle, request.crank_velocity, request.crank_acceleration)
     if not poses:
-        raise CrankLimitError(request.crank_angle, linkage.crank_ranges)
-    response.poses = [four_bar_pose_message(pose, point(request.coupler_point)) for pose in poses]
+        raise four_bar.CrankLimitError(request.crank_angle, linkage.crank_ranges)
+    response.poses = [
+        filled(
+            msg.FourBarPose(),
+            pose,
+            branch=BRANCH_NUMBERS[pose.branch],
+            **_coupler_point(pose, request),
+        )
+        for pose in poses
+    ]
 
 
-def trace_four_bar(request: TraceFourBar.Request, response: TraceFourBar.Response) -> None:
+def trace_four_bar(request: srv.TraceFourBar.Request, response: srv.TraceFourBar.Response) -> None:
     """Fill the response with one branch over a range of crank angles.
 
     Raises:
@@ -245,62 +223,43 @@ def trace_four_bar(request: TraceFourBar.Request, response: TraceFourBar.Respons
             f"none of {angles.size} crank angles from {number_text(angles[0])} to "
             f"{number_text(angles[-1])} rad is within the crank's limits: it reaches {reach} rad"
         )
-    _fill_four_bar_columns(response, sweep, point(request.coupler_point))
-    response.events = [_four_bar_event_message(event) for event in sweep_events(linkage, angles)]
+    filled(response, sweep, **_coupler_point(sweep, request))
+    response.events = [
+        filled(
+            msg.TraceEvent(),
+            event,
+            kind=FOUR_BAR_EVENTS[event.kind],
+            angle=event.rocker_angle,
+            position=event.rocker_pin,
+        )
+        for event in four_bar.sweep_events(linkage, angles)
+    ]
 
 
-def linkage_of(message: FourBarMessage) -> FourBar:
+def linkage_of(message: msg.FourBar) -> FourBar:
     """Return the linkage that a message describes.
 
     Raises:
         KinematicsError: if it describes none.
     """
-    linkage = _linkage(message)
+    given = contents(message)
+    make: Callable[..., FourBar] = FourBar
+    names = ["crank", "coupler", "rocker", "ground", "crank_pivot", "ground_angle", "tolerance"]
+    kinds = (message.LENGTHS, message.JOINTS)
+    if one_of("given_by", message.given_by, kinds) == message.JOINTS:
+        make = FourBar.from_joints
+        names = ["crank_pivot", "crank_pin", "rocker_pin", "rocker_pivot", "tolerance"]
+    linkage = make(**{name: given[name] for name in names})
     check_size("longest link", linkage.lengths.longest)
     return linkage
 
 
-def _linkage(message: FourBarMessage) -> FourBar:
-    kinds = (FourBarMessage.LENGTHS, FourBarMessage.JOINTS)
-    if one_of("given_by", message.given_by, kinds) == FourBarMessage.JOINTS:
-        return FourBar.from_joints(
-            point(message.crank_pivot),
-            point(message.crank_pin),
-            point(message.rocker_pin),
-            point(message.rocker_pivot),
-            message.tolerance,
-        )
-    return FourBar(
-        crank=message.crank,
-        coupler=message.coupler,
-        rocker=message.rocker,
-        ground=message.ground,
-        crank_pivot=point(message.crank_pivot),
-        ground_angle=message.ground_angle,
-        tolerance=message.tolerance,
-    )
-
-
-def four_bar_pose_message(
-    pose: FourBarPose, coupler_point: tuple[float, float]
-) -> FourBarPoseMessage:
-    """Return a pose with the motion of a point of the coupler plane."""
-    motion = pose.point_of_coupler_plane(*coupler_point)
-    return filled(
-        FourBarPoseMessage(),
-        pose,
-        branch=BRANCH_NUMBERS[pose.branch],
-        coupler_point=motion.position,
-        coupler_point_velocity=motion.velocity,
-        coupler_point_acceleration=motion.acceleration,
-    )
-
-
-def properties_message(linkage: FourBar) -> FourBarProperties:
+def properties_message(linkage: FourBar) -> msg.FourBarProperties:
     """Return what a linkage can do."""
     extremes = linkage.transmission_extremes
-    message = filled(
-        FourBarProperties(assembled_crank_angle=math.nan),
+    assembled = linkage if isinstance(linkage, four_bar.AssembledFourBar) else None
+    return filled(
+        msg.FourBarProperties(assembled_crank_angle=math.nan),
         linkage,
         grashof_class=linkage.grashof_class.value,
         has_change_point=linkage.lengths.has_change_point,
@@ -310,89 +269,64 @@ def properties_message(linkage: FourBar) -> FourBarProperties:
         smallest_transmission_angle_at=extremes.smallest_at,
         largest_transmission_angle=extremes.largest,
         largest_transmission_angle_at=extremes.largest_at,
-        dead_centres=[_dead_centre_message(centre) for centre in linkage.dead_centres],
-        assembled_branch=None,
-    )
-    if isinstance(linkage, AssembledFourBar):
-        message.assembled_branch = BRANCH_NUMBERS[linkage.assembled_branch]
-    return message
-
-
-def _fill_four_bar_columns(
-    response: TraceFourBar.Response, sweep: BranchSweep, coupler_point: tuple[float, float]
-) -> None:
-    motion = sweep.point_of_coupler_plane(*coupler_point)
-    filled(
-        response,
-        sweep,
-        crank_angle=sweep.crank_angles,
-        coupler_angle=sweep.coupler_angles,
-        rocker_angle=sweep.rocker_angles,
-        coupler_velocity=sweep.coupler_velocities,
-        rocker_velocity=sweep.rocker_velocities,
-        coupler_acceleration=sweep.coupler_accelerations,
-        rocker_acceleration=sweep.rocker_accelerations,
-        transmission_angle=sweep.transmission_angles,
-        crank_pin=sweep.crank_pins,
-        rocker_pin=sweep.rocker_pins,
-        coupler_point=motion.position,
-        coupler_point_velocity=motion.velocity,
-        coupler_point_acceleration=motion.acceleration,
+        dead_centres=[
+            filled(
+                msg.FourBarDeadCentre(),
+                centre,
+                kind=centre.kind.value,
+                branch=_branch_number(centre.branch),
+            )
+            for centre in linkage.dead_centres
+        ],
+        assembled_branch=_branch_number(assembled.assembled_branch) if assembled else 0,
     )
 
 
-def _dead_centre_message(centre: DeadCentre) -> FourBarDeadCentre:
-    return FourBarDeadCentre(
-        kind=centre.kind.value,
-        crank_angle=centre.crank_angle,
-        rocker_angle=centre.rocker_angle,
-        branch=BRANCH_NUMBERS[centre.branch],
-    )
+def _branch_number(branch: Branch | None) -> int:
+    return BRANCH_NUMBERS[branch] if branch else msg.FourBarPose.BOTH
 
 
-def _four_bar_event_message(event: SweepEvent) -> TraceEvent:
-    return TraceEvent(
-        kind=FOUR_BAR_EVENTS[event.kind],
-        row=event.row,
-        crank_angle=event.crank_angle,
-        angle=event.rocker_angle,
-        position=point_message(event.rocker_pin),
-    )
+def _coupler_point(moved: Any, request: Any) -> dict[str, NDArray[np.float64]]:
+    """Return the motion of the point of the coupler plane that was asked for."""
+    motion = moved.point_of_coupler_plane(*plain(request.coupler_point))
+    return {
+        "coupler_point": motion.position,
+        "coupler_point_velocity": motion.velocity,
+        "coupler_point_acceleration": motion.acceleration,
+    }
 
 
 # A trace covers at most this many turns of the crank: they take about two seconds.
 F_MECHANISM_TURNS = 100
 JOINTS = ("a1", "b1", "c1", "a2", "b2", "c2")
 
-F_MECHANISM_EVENTS = {
-    EventKind.TURNING_POINT: TraceEvent.TURNING_POINT,
-    EventKind.BIFURCATION: TraceEvent.BIFURCATION,
-    EventKind.SINGULAR: TraceEvent.SINGULAR,
-    EventKind.END: TraceEvent.END,
-    EventKind.CLOSED: TraceEvent.CLOSED,
-}
+F_MECHANISM_EVENTS = {kind: getattr(msg.TraceEvent, kind.name) for kind in f_mechanism.EventKind}
 
 
-def solve_f_mechanism(request: SolveFMechanism.Request, response: SolveFMechanism.Response) -> None:
+def solve_f_mechanism(
+    request: srv.SolveFMechanism.Request, response: srv.SolveFMechanism.Response
+) -> None:
     """Fill the response with all poses.
 
     Raises:
         KinematicsError: if there is no answer; the message says why.
     """
-    mechanism = mechanism_of(request.mechanism)
-    platform_point = point(request.platform_point)
-    poses = _poses(mechanism, request.crank_angle)
-    response.poses = [f_mechanism_pose_message(pose, platform_point) for pose in poses]
+    poses = _poses(mechanism_of(request.mechanism), request.crank_angle)
+    response.poses = [
+        filled(msg.FMechanismPose(), pose, is_double=pose.double, **_platform_point(pose, request))
+        for pose in poses
+    ]
 
 
-def trace_f_mechanism(request: TraceFMechanism.Request, response: TraceFMechanism.Response) -> None:
+def trace_f_mechanism(
+    request: srv.TraceFMechanism.Request, response: srv.TraceFMechanism.Response
+) -> None:
     """Fill the response with one branch.
 
     Raises:
         KinematicsError: if there is no answer; the message says why.
     """
     mechanism = mechanism_of(request.mechanism)
-    platform_point = point(request.platform_point)
     angles = crank_angles(request.sweep, MAX_STEPS, F_MECHANISM_TURNS)
     start = float(angles[0])
     phases = _end_phases(request)
@@ -410,43 +344,37 @@ def trace_f_mechanism(request: TraceFMechanism.Request, response: TraceFMechanis
         response,
         branch,
         turns_fully=_turns_fully(branch, request.change_phases),
-        point=branch.point(platform_point),
-        point_velocity=branch.point_velocity(platform_point),
-        events=[_f_mechanism_event_message(event) for event in branch.events],
+        events=[
+            filled(
+                msg.TraceEvent(),
+                event,
+                kind=F_MECHANISM_EVENTS[event.kind],
+                row=event.index - 1,
+                angle=event.pose.angle,
+                position=event.pose.position,
+            )
+            for event in branch.events
+        ],
+        **_platform_point(branch, request),
         **dict(zip(JOINTS, joints.swapaxes(0, 1))),
     )
 
 
-def mechanism_of(message: FMechanismMessage) -> FMechanism:
+def mechanism_of(message: msg.FMechanism) -> FMechanism:
     """Return the mechanism that a message describes.
 
     Raises:
         KinematicsError: if it describes none.
     """
-    mechanism = FMechanism(
-        [point(pivot) for pivot in message.base],
-        message.crank_lengths.tolist(),
-        message.rod_lengths.tolist(),
-        [point(joint) for joint in message.platform],
-        message.phase_b,
-        message.phase_c,
-        message.counter_rotating,
-    )
+    mechanism = FMechanism(**contents(message))
     check_size("largest length of the mechanism", mechanism.size)
     return mechanism
 
 
-def f_mechanism_pose_message(
-    pose: FMechanismPose, platform_point: tuple[float, float]
-) -> FMechanismPoseMessage:
-    """Return a pose with the motion of a point of the platform."""
-    return filled(
-        FMechanismPoseMessage(),
-        pose,
-        point=pose.point(platform_point),
-        point_velocity=pose.point_velocity(platform_point),
-        is_double=pose.double,
-    )
+def _platform_point(moved: Any, request: Any) -> dict[str, Any]:
+    """Return the motion of the point of the platform that was asked for."""
+    place: Point = plain(request.platform_point)
+    return {"point": moved.point(place), "point_velocity": moved.point_velocity(place)}
 
 
 def _poses(mechanism: FMechanism, crank_angle: float) -> tuple[FMechanismPose, ...]:
@@ -460,10 +388,10 @@ def _poses(mechanism: FMechanism, crank_angle: float) -> tuple[FMechanismPose, .
 
 
 def _start_pose(
-    request: TraceFMechanism.Request, poses: tuple[FMechanismPose, ...]
+    request: srv.TraceFMechanism.Request, poses: tuple[FMechanismPose, ...]
 ) -> FMechanismPose:
-    kinds = (TraceFMechanism.Request.BY_INDEX, TraceFMechanism.Request.BY_ANGLE)
-    if one_of("start_by", request.start_by, kinds) == TraceFMechanism.Request.BY_INDEX:
+    kinds = (request.BY_INDEX, request.BY_ANGLE)
+    if one_of("start_by", request.start_by, kinds) == request.BY_INDEX:
         if request.pose_index >= len(poses):
             raise RefusedRequestError(
                 f"pose_index = {request.pose_index} must be less than {len(poses)}, the number of "
@@ -474,7 +402,7 @@ def _start_pose(
     return min(poses, key=lambda pose: abs(math.remainder(pose.angle - angle, math.tau)))
 
 
-def _end_phases(request: TraceFMechanism.Request) -> tuple[float, float] | None:
+def _end_phases(request: srv.TraceFMechanism.Request) -> tuple[float, float] | None:
     """Return both phase shifts at the end of the trace, or None if they stay as they are."""
     if not request.change_phases:
         return None
@@ -490,74 +418,50 @@ def _end_phases(request: TraceFMechanism.Request) -> tuple[float, float] | None:
     return request.end_phase_b, request.end_phase_c
 
 
-def _turns_fully(branch: FMechanismTrace, phases_change: bool) -> int:
+def _turns_fully(branch: f_mechanism.FMechanismTrace, phases_change: bool) -> int:
+    answers = srv.TraceFMechanism.Response
     if phases_change:
-        return TraceFMechanism.Response.UNDECIDED
+        return answers.UNDECIDED
     if branch.turns_fully:
-        return TraceFMechanism.Response.YES
-    if branch.turning_points or branch.closed:
-        return TraceFMechanism.Response.NO
-    return TraceFMechanism.Response.UNDECIDED
-
-
-def _f_mechanism_event_message(event: FMechanismEvent) -> TraceEvent:
-    return TraceEvent(
-        kind=F_MECHANISM_EVENTS[event.kind],
-        row=event.index - 1,
-        crank_angle=event.crank_angle,
-        angle=event.pose.angle,
-        position=point_message(event.pose.position),
-        phase_b=event.phase_b,
-        phase_c=event.phase_c,
-    )
+        return answers.YES
+    return answers.NO if branch.turning_points or branch.closed else answers.UNDECIDED
 
 
 def solve_landing_gear(
-    request: SolveLandingGear.Request, response: SolveLandingGear.Response
+    request: srv.SolveLandingGear.Request, response: srv.SolveLandingGear.Response
 ) -> None:
     """Fill the response with motion, momentum and reactions.
 
     Raises:
         KinematicsError: if there is no answer; the message says why.
     """
-    state = gear_of(request.gear).state(motion_of(request.motion))
+    motion = landing_gear.LandingGearMotion(**contents(request.motion))
+    state = gear_of(request.gear).state(motion)
     for name in ("gear", "wheel", "hinge", "axle"):
         filled(getattr(response, name), getattr(state, name))
 
 
-def gear_of(message: LandingGearMessage) -> LandingGear:
+def gear_of(message: msg.LandingGear) -> landing_gear.LandingGear:
     """Return the gear that a message describes.
 
     Raises:
         KinematicsError: if it describes none.
     """
-    lengths, masses = ("l1", "l2", "l3", "l4"), ("gear_mass", "wheel_mass")
-    inertias = ("wheel_axial_inertia", "wheel_transverse_inertia")
-    return LandingGear(
-        **{name: getattr(message, name) for name in (*lengths, *masses, *inertias)},
-        gear_inertia=(
-            (message.gear_ixx, message.gear_ixy, message.gear_ixz),
-            (message.gear_ixy, message.gear_iyy, message.gear_iyz),
-            (message.gear_ixz, message.gear_iyz, message.gear_izz),
-        ),
-        gravity=message.gravity.tolist(),
-    )
-
-
-def motion_of(message: MotionMessage) -> LandingGearMotion:
-    """Return the motion that a message describes."""
-    names = message.get_fields_and_field_types()
-    return LandingGearMotion(**{name: getattr(message, name) for name in names})
+    given = contents(message)
+    axes = ("xx", "xy", "xz"), ("xy", "yy", "yz"), ("xz", "yz", "zz")
+    inertia = [[given[f"gear_i{pair}"] for pair in row] for row in axes]
+    others = {name: value for name, value in given.items() if not name.startswith("gear_i")}
+    return landing_gear.LandingGear(gear_inertia=inertia, **others)
 
 
 Fill = Callable[[Any, Any], None]
 
 SERVICES: tuple[tuple[str, type, Fill], ...] = (
-    ("solve_four_bar", SolveFourBar, solve_four_bar),
-    ("trace_four_bar", TraceFourBar, trace_four_bar),
-    ("solve_f_mechanism", SolveFMechanism, solve_f_mechanism),
-    ("trace_f_mechanism", TraceFMechanism, trace_f_mechanism),
-    ("solve_landing_gear", SolveLandingGear, solve_landing_gear),
+    ("solve_four_bar", srv.SolveFourBar, solve_four_bar),
+    ("trace_four_bar", srv.TraceFourBar, trace_four_bar),
+    ("solve_f_mechanism", srv.SolveFMechanism, solve_f_mechanism),
+    ("trace_f_mechanism", srv.TraceFMechanism, trace_f_mechanism),
+    ("solve_landing_gear", srv.SolveLandingGear, solve_landing_gear),
 )
 
 

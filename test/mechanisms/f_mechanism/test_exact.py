@@ -113,6 +113,20 @@ def test_collinear_triangles():
     assert_all_positions(mechanism, np.linspace(0.0, 6.0, 25))
 
 
+def test_crank_pins_in_one_place():
+    # B1 and C1 coincide, and no rods reach from there to B2 and C2.
+    mechanism = FMechanism(
+        [[3.0, -2.0], [3.0, 3.0], [3.0, -3.0]],
+        (2.0, 2.0, 2.0),
+        (1.0, 1.0, 1.0),
+        [[-2.0, 1.0], [-1.0, -1.0], [-1.0, -1.0]],
+        math.pi,
+        1.5 * math.pi,
+        counter_rotating=True,
+    )
+    assert mechanism.poses(-0.5 * math.pi) == ()
+
+
 @pytest.mark.parametrize("scale", [1e-60, 1e-12, 1e25])
 @pytest.mark.parametrize("ratio", [1.0, 40.0, 1000.0])
 def test_the_scale_changes_nothing(scale, ratio):

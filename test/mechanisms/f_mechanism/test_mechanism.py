@@ -43,6 +43,19 @@ def test_printed_main_loop_has_other_angles():
         assert all(abs(printed - angle) > 1.0 for angle in found)
 
 
+def with_any_cranks(rng, pins, joints, pose, **more):
+    """A mechanism that stands like this, but for its cranks, and its crank angle."""
+    angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
+    return mechanism_through(pins, joints, pose, cranks, angles, **more), angles[0]
+
+
+def is_among(poses, angle, origin):
+    return any(
+        angle_difference(found, angle) < 1e-6 and abs(complex(*position) - origin) < 1e-6
+        for found, position in poses
+    )
+
+
 def batch_row(mechanism, crank_angle):
     batch = mechanism.poses_batch([crank_angle])
     count = batch.counts[0]
@@ -59,13 +72,11 @@ def test_exact_folds_are_found_once():
         # Three rods through one point: the platform can turn about it for an instant.
         joints, pose = random_points(rng, 3), (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
         pins = concurrent_pins(rng, joints, pose)
-        angles = rng.uniform(-math.pi, math.pi, 3)
-        cranks = rng.uniform(0.1, 0.6, 3)
-        mechanism = mechanism_through(pins, joints, pose, cranks, angles)
-        for poses in (single_row(mechanism, angles[0]), batch_row(mechanism, angles[0])):
+        mechanism, at = with_any_cranks(rng, pins, joints, pose)
+        for poses in (single_row(mechanism, at), batch_row(mechanism, at)):
             near = [angle for angle, _ in poses if angle_difference(angle, pose[0]) < 1e-5]
             assert len(near) == 1
-        fold = min(mechanism.poses(angles[0]), key=lambda p: angle_difference(p.angle, pose[0]))
+        fold = min(mechanism.poses(at), key=lambda p: angle_difference(p.angle, pose[0]))
         assert fold.double
         assert abs(fold.singularity) < 1e-5
         assert fold.residual < 1e-9 * mechanism.size
@@ -84,20 +95,12 @@ def test_degenerate_linear_system_keeps_both_positions():
         w_b = z * (joints[1] - joints[0]) - (pin_b - pin_a)
         pin_c = pin_a + z * (joints[2] - joints[0]) - rng.uniform(-2.0, 2.0) * w_b
         mirrored = w_b / w_b.conjugate() * rod.conjugate()
-        angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
-        pins = np.array([pin_a, pin_b, pin_c])
-        mechanism = mechanism_through(pins, joints, pose, cranks, angles)
-        expected = [pose[1], pose[1] + mirrored - rod]
-        for poses in (single_row(mechanism, angles[0]), batch_row(mechanism, angles[0])):
-            for origin in expected:
-                assert any(
-                    angle_difference(angle, pose[0]) < 1e-6
-                    and abs(complex(*position) - origin) < 1e-6
-                    for angle, position in poses
-                )
-            assert len({(round(a, 7), round(p[0], 7), round(p[1], 7)) for a, p in poses}) == len(
-                poses
-            )
+        mechanism, at = with_any_cranks(rng, np.array([pin_a, pin_b, pin_c]), joints, pose)
+        for poses in (single_row(mechanism, at), batch_row(mechanism, at)):
+            assert is_among(poses, *pose)
+            assert is_among(poses, pose[0], pose[1] + mirrored - rod)
+            different = {(round(a, 7), round(p[0], 7), round(p[1], 7)) for a, p in poses}
+            assert len(different) == len(poses)
 
 
 def test_degenerate_linear_system_invents_nothing():
@@ -117,13 +120,12 @@ def test_degenerate_linear_system_invents_nothing():
             math.sqrt(rod_a**2 + abs(w_b) ** 2 + 2.0 * product),
             math.sqrt(max(rod_a**2 + abs(ratio * w_b) ** 2 + 2.0 * ratio * product, 1e-3)),
         ]
-        angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
         pins = np.array([pin_a, pin_b, pin_c])
-        mechanism = mechanism_through(pins, joints, None, cranks, angles, rods=rods)
-        value = closure_value(mechanism, angles[0], angle)
+        mechanism, at = with_any_cranks(rng, pins, joints, None, rods=rods)
+        value = closure_value(mechanism, at, angle)
         if abs(rods[2] ** 2 - rods[0] ** 2 - abs(ratio * w_b) ** 2 - 2 * ratio * product) < 1e-12:
             assert abs(value) < 1e-12
-        for pose in mechanism.poses(angles[0]):
+        for pose in mechanism.poses(at):
             assert pose.residual < 1e-9 * mechanism.size
             assert angle_difference(pose.angle, angle) > 1e-6
 
@@ -138,21 +140,15 @@ def test_identically_vanishing_determinant():
         joints = np.array([0.0, d_b, ratio * d_b])
         pins = pin_a + np.array([0.0, e_b, ratio * e_b])
         pose = (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
-        angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
-        mechanism = mechanism_through(pins, joints, pose, cranks, angles)
-        poses = mechanism.poses(angles[0])
+        mechanism, at = with_any_cranks(rng, pins, joints, pose)
+        assert all(found.residual < 1e-9 * mechanism.size for found in mechanism.poses(at))
+        poses = single_row(mechanism, at)
         assert len(poses) in (2, 4)
-        for found in poses:
-            assert found.residual < 1e-9 * mechanism.size
         rod = pose[1] - pin_a
         w_b = np.exp(1j * pose[0]) * d_b - e_b
         mirrored = w_b / w_b.conjugate() * rod.conjugate()
-        for origin in (pose[1], pin_a + mirrored):
-            assert any(
-                angle_difference(p.angle, pose[0]) < 1e-6
-                and abs(complex(*p.position) - origin) < 1e-6
-                for p in poses
-            )
+        assert is_among(poses, *pose)
+        assert is_among(poses, pose[0], pin_a + mirrored)
 
 
 def parallelogram():
@@ -226,9 +222,8 @@ def test_two_coincident_platform_joints_are_allowed():
         joints = random_points(rng, 3)
         joints[2] = joints[1]
         pose = (rng.uniform(-3.1, 3.1), random_points(rng, 1)[0])
-        angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
-        mechanism = mechanism_through(random_points(rng, 3), joints, pose, cranks, angles)
-        poses = mechanism.poses(angles[0])
+        mechanism, at = with_any_cranks(rng, random_points(rng, 3), joints, pose)
+        poses = mechanism.poses(at)
         assert min(angle_difference(p.angle, pose[0]) for p in poses) < 1e-6
         assert len(poses) <= 4
 
@@ -355,10 +350,10 @@ def test_half_a_turn_of_the_platform_is_the_last_position():
     rng = np.random.default_rng(21)
     for _ in range(many(30)):
         joints, pins, place = random_points(rng, 3), random_points(rng, 3), random_points(rng, 1)[0]
-        angles, cranks = rng.uniform(-math.pi, math.pi, 3), rng.uniform(0.1, 0.6, 3)
+        against = bool(rng.integers(2))
         turned = (math.pi, place)
-        mechanism = mechanism_through(pins, joints, turned, cranks, angles, bool(rng.integers(2)))
-        for poses in (single_row(mechanism, angles[0]), batch_row(mechanism, angles[0])):
+        mechanism, at = with_any_cranks(rng, pins, joints, turned, counter_rotating=against)
+        for poses in (single_row(mechanism, at), batch_row(mechanism, at)):
             assert poses[-1][0] == pytest.approx(math.pi, abs=1e-11)
 
 

@@ -9,12 +9,12 @@ from PIL import Image, ImageChops
 
 from tri_glide_kinematics.mechanisms import load_mechanism
 from tri_glide_kinematics.mechanisms.four_bar import Branch, FourBar
-from tri_glide_kinematics.mechanisms.pictures import (
+from tri_glide_kinematics.mechanisms.pictures.drawing import save_movie
+from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
     detailed_overview,
     f_mechanism_movie,
-    four_bar_movie,
-    save_movie,
 )
+from tri_glide_kinematics.mechanisms.pictures.four_bar import four_bar_movie
 
 CONFIG = Path(__file__).parents[3] / "config"
 POINT = (0.03, 0.02)

@@ -15,14 +15,9 @@ from PIL import Image
 from tri_glide_kinematics.files import find_file
 from tri_glide_kinematics.mechanisms import load_mechanism
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.pictures import (
-    Choice,
-    DrawingError,
-    drawing,
-    picture_set,
-    pictures_of,
-)
+from tri_glide_kinematics.mechanisms.pictures import drawing, picture_set
 from tri_glide_kinematics.mechanisms.pictures.command import main
+from tri_glide_kinematics.mechanisms.pictures.picture_set import Choice, DrawingError, pictures_of
 
 ROOT = Path(__file__).parents[3]
 CONFIG = ROOT / "config"

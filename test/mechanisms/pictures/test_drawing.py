@@ -8,13 +8,13 @@ from matplotlib.figure import Figure
 from soak import many
 from strategies import nudged
 
-from tri_glide_kinematics.mechanisms.pictures import (
-    FOUR_BAR,
+from tri_glide_kinematics.mechanisms.pictures.drawing import (
     DrawnMechanism,
     LengthUnit,
     angle_axis,
     degrees_text,
 )
+from tri_glide_kinematics.mechanisms.pictures.skeleton import FOUR_BAR
 
 
 @pytest.mark.parametrize("angle", [0.0, -0.0, -1e-18, 1e-18, math.radians(-0.004)])

@@ -11,9 +11,8 @@ from figure_checks import assert_equal_scales, lines_labelled, without_gaps
 from strategies import nudged
 
 from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism
-from tri_glide_kinematics.mechanisms.pictures import (
+from tri_glide_kinematics.mechanisms.pictures.f_mechanism import (
     FEWEST_SAMPLES,
-    BranchCurve,
     angle_figure,
     angle_that_is_drawn,
     branch_through,
@@ -24,6 +23,7 @@ from tri_glide_kinematics.mechanisms.pictures import (
     paths_figure,
     positions_figure,
 )
+from tri_glide_kinematics.mechanisms.pictures.skeleton import BranchCurve
 
 LENGTHS = {
     "base": [[0.0, 0.0], [0.0525, 0.008], [0.040, 0.099]],

@@ -8,13 +8,13 @@ from figure_checks import assert_equal_scales, lines_labelled, without_gaps
 from strategies import nudged
 
 from tri_glide_kinematics.mechanisms.four_bar import Branch, CrankLimitError, FourBar
-from tri_glide_kinematics.mechanisms.pictures import (
+from tri_glide_kinematics.mechanisms.pictures.four_bar import (
     angles_figure,
     coupler_curve_figure,
     crank_angles,
-    default_crank_angle,
     interval_around,
 )
+from tri_glide_kinematics.mechanisms.pictures.skeleton import default_crank_angle
 
 TEXTBOOK = FourBar(0.02, 0.07, 0.09, 0.06)
 ONE_INTERVAL = FourBar(0.10, 0.07, 0.08, 0.12)

@@ -6,13 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from tri_glide_kinematics.mechanisms.pictures import (
-    F_MECHANISM,
-    FOUR_BAR,
-    DrawnMechanism,
-    LengthUnit,
-    bounds,
-)
+from tri_glide_kinematics.mechanisms.pictures.drawing import DrawnMechanism, LengthUnit
+from tri_glide_kinematics.mechanisms.pictures.skeleton import F_MECHANISM, FOUR_BAR, bounds
 
 POINTS = np.random.default_rng(5).uniform(-0.1, 0.1, (9, 2))
 

@@ -12,7 +12,7 @@ from mechanisms_rig import NAP, Rig, page_server
 from testing.browser import DESKTOP, PHONE, browser, find_browser
 from tri_glide_kinematics.mechanisms.pictures import BLUE, GREEN, ORANGE
 from tri_glide_kinematics.panel.machine_scene import light_plainly
-from tri_glide_kinematics.panel.mechanisms import PALE, rgb
+from tri_glide_kinematics.panel.mechanisms.tab import PALE, rgb
 from tri_glide_kinematics.panel.tabs import CurveLimits, Curves
 
 pytestmark = [

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.mechanisms import fitted
+from tri_glide_kinematics.panel.mechanisms.tab import fitted
 
 BOX = np.array([[-0.02, 0.01], [0.06, 0.05]])
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tri_glide_kinematics.panel.mechanisms import Track
+from tri_glide_kinematics.panel.mechanisms.questions import Track
 
 # From 0 to 90 degrees and back, as past a turning point, with a key that rises all the way.
 THERE_AND_BACK = np.radians([*range(0, 91), *range(89, -1, -1)])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tri_glide_kinematics.mechanisms import load_mechanism
-from tri_glide_kinematics.panel.mechanisms import example_files, shown_of
+from tri_glide_kinematics.panel.mechanisms.tab import example_files, shown_of
 
 CONFIG = Path(__file__).parents[3] / "config"
 FILES = example_files(CONFIG)

@@ -239,101 +239,38 @@ def _possible_cells(polynomial: Cubic, samples: FloatArray, tolerance: FloatArra
     return (np.minimum(low, high) <= bound) & (np.maximum(low, high) >= -bound)
 
 
-# Real roots of one polynomial, as plain numbers: a fifth of the time of arrays with one row.
-
-
-class _Sample(NamedTuple):
-    angle: float
-    value: float
-    slope: float
-    curvature: float
-
-
-class _Bounds(NamedTuple):
-    """Upper bounds of the third and fourth derivative, and the rounding error."""
-
-    third: float
-    fourth: float
-    tolerance: float
+# Roots of z^3 F nearer to the unit circle than this may be real roots of F.
+_NEAR_CIRCLE = 1e-3
+# Companion matrix of z^6: those of other polynomials differ in the first row.
+_COMPANION = np.diag(np.ones(5, dtype=np.complex128), -1)
 
 
 def real_roots(polynomial: Cubic, tolerance: float) -> list[float] | None:
     """All real roots in [-pi, pi], ascending [rad]; None where rounding could decide their number.
 
+    z^3 F is a polynomial of z, and they are its roots on the unit circle, eigenvalues of its
+    companion matrix. Between two of them F has to keep clear of zero, each time on the other side.
+
     Args:
         polynomial: coefficients as plain numbers; not identically zero.
         tolerance: rounding error of the polynomial.
     """
-    samples = _sample(polynomial)
-    third, fourth = derivative_bound(polynomial, 3), derivative_bound(polynomial, 4)
-    bounds = _Bounds(float(third), float(fourth), tolerance)
-    cells = np.flatnonzero(_possible_cells(polynomial, samples, tolerance))
-    ends = zip(*(samples[:, cells + side].T.tolist() for side in (0, 1)))
-    roots: list[float] = []
-    for angle, (start, end) in zip(NODES[cells].tolist(), ends):
-        low, high = _Sample(angle, *start), _Sample(angle + CELL_WIDTH, *end)
-        found = _isolate(polynomial, low, high, bounds, _HALVINGS)
-        if found is None:
-            return None
-        roots += found
-    for left, right in zip(roots, [*roots[1:], *(root + 2.0 * math.pi for root in roots[:1])]):
-        if right - left < _CLOSE:
-            value, _, _ = evaluate(polynomial, 0.5 * (left + right))
-            if abs(value) <= _TOUCHING * tolerance:
-                return None
-    return roots
-
-
-def _isolate(
-    polynomial: Cubic, low: _Sample, high: _Sample, bounds: _Bounds, halvings: int
-) -> list[float] | None:
-    """Roots between two samples, judged as in ``_judge``; None if halving does not part them."""
-    width = high.angle - low.angle
-    bend = width * width / 8.0
-    curvature_bound = bend * bounds.fourth
-    positive, rising = high.value >= 0.0, high.slope >= 0.0
-    change = (low.value >= 0.0) != positive
-    if not change:
-        steepest = max(abs(low.curvature), abs(high.curvature)) + curvature_bound
-        if min(abs(low.value), abs(high.value)) > bend * steepest + bounds.tolerance:
-            return []
-    if (
-        min(low.slope, high.slope) > bend * bounds.third
-        or max(low.slope, high.slope) < -bend * bounds.third
-        or min(low.curvature, high.curvature) > curvature_bound
-        or max(low.curvature, high.curvature) < -curvature_bound
-    ):
-        if change:
-            return [_newton(polynomial, low, high)]
-        if (low.slope >= 0.0) == rising or rising != positive:
-            return []
-    if not halvings:
-        return None
-    angle = 0.5 * (low.angle + high.angle)
-    middle = _Sample(angle, *evaluate(polynomial, angle))
-    first = _isolate(polynomial, low, middle, bounds, halvings - 1)
-    second = _isolate(polynomial, middle, high, bounds, halvings - 1)
-    return None if first is None or second is None else first + second
-
-
-def _newton(polynomial: Cubic, low: _Sample, high: _Sample) -> float:
-    """Root between two samples, of which exactly one is known to be there."""
-    left, right, positive = low.angle, high.angle, low.value >= 0.0
-    angle = left + (right - left) * low.value / (low.value - high.value)
-    for _ in range(_STEPS):
-        value, slope, curvature = evaluate(polynomial, angle)
-        if (value >= 0.0) == positive:
-            left = angle
-        else:
-            right = angle
-        step = -value / slope if slope else math.inf
-        if not left - _SLACK <= angle + step <= right + _SLACK:
-            angle = 0.5 * (left + right)
-            continue
-        angle += step
-        if step * step * abs(curvature) <= 1e-16 * abs(slope):
-            break
-    return angle
+    upper = [0.5 * number for number in polynomial[:0:-1]]
+    while upper and abs(upper[0]) <= tolerance:
+        del upper[0]
+    if not upper:
+        return []
+    powers = [*upper, polynomial[0], *(number.conjugate() for number in upper[::-1])]
+    companion = _COMPANION[: len(powers) - 1, : len(powers) - 1].copy()
+    companion[0] = [-power / powers[0] for power in powers[1:]]
+    found = np.linalg.eigvals(companion).tolist()
+    roots = sorted(cmath.phase(z) for z in found if abs(abs(z) - 1.0) < _NEAR_CIRCLE)
+    ends = [*roots[1:], *(root + math.tau for root in roots[:1])]
+    values = [evaluate(polynomial, 0.5 * (left + right))[0] for left, right in zip(roots, ends)]
+    clear = min(map(abs, values), default=math.inf) > _TOUCHING * tolerance
+    return (
+        roots if clear and all(v * w < 0.0 for v, w in zip(values, values[-1:] + values)) else None
+    )
 
 
 # Real roots of many polynomials at once, on flat arrays with one entry a root.

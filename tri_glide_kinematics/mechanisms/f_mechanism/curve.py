@@ -6,17 +6,18 @@ import cmath
 import enum
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
-    CrankPins,
+    Complex,
     Linkage,
     Number,
     RodJacobian,
+    direction,
     pins_at,
     rod_jacobian,
 )
@@ -69,14 +70,12 @@ class Frame(NamedTuple):
     """The curve at one of its points, in coordinates along and across it.
 
     The rod equations are multiplied by the inverse of their Jacobian across the curve, so that
-    their derivatives compare with one.
+    they become shifts across it, and their derivatives compare with one.
 
     Attributes:
         x: the point.
         tangent: unit tangent, oriented by the cross product of the gradients.
-        normal_1: unit normal.
-        normal_2: unit normal.
-        curvature: second derivatives of the two normal coordinates by the tangential one.
+        curvature: second derivative of the curve by the tangential coordinate.
         along: size of the second derivatives along the curve, which is that of the curvature.
         mixed: size of the mixed second derivatives.
         across: size of the second derivatives across the curve; its inverse tells how far away
@@ -86,9 +85,7 @@ class Frame(NamedTuple):
 
     x: Vector3
     tangent: Vector3
-    normal_1: Vector3
-    normal_2: Vector3
-    curvature: tuple[float, float]
+    curvature: Vector3
     along: float
     mixed: float
     across: float
@@ -99,121 +96,95 @@ class Curve:
     """The rod equations of one mechanism along one drive."""
 
     def __init__(self, linkage: Linkage, drive: Drive) -> None:
-        """Precompute the bounds of the third derivatives."""
+        """Write the rod equations as sums of cosines."""
         self.linkage = linkage
         self.drive = drive
         a0, b0, c0 = linkage.pivots
         # Nothing depends on where the mechanism lies, and far away digits would be lost.
         self._centred = replace(linkage, pivots=(0j, b0 - a0, c0 - a0))
-        self._third_b = self._third_derivative(1, linkage.platform_b, b0 - a0)
-        self._third_c = self._third_derivative(2, linkage.platform_c, c0 - a0)
+        products, waves = zip(*(self._cosines(rod) for rod in (1, 2)))
+        self._products, self._waves = np.array(products), np.array(waves)
+        thirds = abs(self._products) * np.linalg.norm(self._waves, axis=2) ** 3
+        self._third_b, self._third_c = thirds.sum(axis=1).tolist()
         self._tolerance = linkage.size * min(
             ON_CURVE * linkage.size, _ON_CURVE_OF_SHORT_RODS * linkage.reach
         )
 
-    def _third_derivative(self, rod: int, platform: complex, offset: complex) -> float:
-        """Bound of the third derivative of a rod equation.
+    def _cosines(self, rod: int) -> tuple[Complex, FloatArray]:
+        """A rod equation as a constant and the sum of ``Re(product exp(i wave . x))``.
 
-        A term ``A cos(k . x)`` contributes A |k|^3.
+        Its rod is the sum of five vectors, each of which turns with x, so that half its square has
+        ten products of two of them. Shapes (10,) [m^2], (10, 3).
         """
-        rod_a, crank_a, crank = (
-            self.linkage.rods[0],
-            self.linkage.cranks[0],
-            self.linkage.cranks[rod],
+        linkage, rates = self._centred, self.drive.rates
+        cranks = np.multiply(linkage.cranks, direction(np.array(self.drive.start)))
+        platform = linkage.joints[rod] - linkage.joints[0]
+        vectors = np.array(
+            [linkage.rods[0], platform, -linkage.pivots[rod], cranks[0], -cranks[rod]]
         )
-        rate_a, rate = abs(self.drive.rates[0]), abs(self.drive.rates[rod])
-        difference = abs(self.drive.rates[0] - self.drive.rates[rod])
-        arm, base = abs(platform), abs(offset)
-        with_cranks = crank_a * (1.0 + rate_a**2) ** 1.5 + crank * (1.0 + rate**2) ** 1.5
-        return (
-            rod_a * arm * 2.0**1.5
-            + (rod_a + arm) * (base + with_cranks)
-            + base * (crank_a * rate_a**3 + crank * rate**3)
-            + crank_a * crank * difference**3
-        )
-
-    def _at(self, x: Vector3) -> tuple[complex, complex, CrankPins]:
-        """Vector of rod A, direction of the platform and crank pins at a point."""
-        alpha, phi, s = x
-        pins = pins_at(self._centred, self.drive.crank_angles(s), self.drive.rates)
-        return cmath.rect(self.linkage.rods[0], alpha), cmath.rect(1.0, phi), pins
+        turns = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 0), (0, 0, rates[0]), (0, 0, rates[rod])])
+        first, second = np.triu_indices(5, 1)
+        return vectors[first] * vectors[second].conj(), turns[first] - turns[second]
 
     def gradients(self, x: Vector3) -> RodJacobian:
         """Rod equations and their gradients; ``drive`` is s."""
-        v, z, pins = self._at(x)
+        alpha, phi, s = x
+        pins = pins_at(self._centred, self.drive.crank_angles(s), self.drive.rates)
+        v, z = cmath.rect(self.linkage.rods[0], alpha), cmath.rect(1.0, phi)
         return rod_jacobian(self._centred, pins, z, v)
 
     def hessians(self, x: Vector3) -> FloatArray:
         """Second derivatives of both rod equations, shape (2, 3, 3)."""
-        v, z, pins = self._at(x)
-        rate_a, rate_b, rate_c = self.drive.rates
-        bend = 1j * rate_a * pins.a_rate
-        d_b, d_c = self.linkage.platform_b, self.linkage.platform_c
-        e_b, b_rate = pins.b - pins.a, pins.b_rate - pins.a_rate
-        e_c, c_rate = pins.c - pins.a, pins.c_rate - pins.a_rate
-        return np.array(
-            [
-                _hessian(v, z * d_b, e_b, b_rate, 1j * rate_b * pins.b_rate - bend),
-                _hessian(v, z * d_c, e_c, c_rate, 1j * rate_c * pins.c_rate - bend),
-            ]
-        )
+        waves = self._waves
+        cosines = (self._products * np.exp(1j * (waves @ x))).real[:, np.newaxis]
+        hessians: FloatArray = -(cosines * waves.swapaxes(1, 2)) @ waves
+        return hessians
 
     def frame(self, x: Vector3, at: RodJacobian | None = None) -> Frame | None:
         """Tangent, normals and bounds at a point of the curve; None where it is singular."""
         at = self.gradients(x) if at is None else at
-        b, c = at.b, at.c
-        a11 = math.sqrt(dot(b, b))
-        if a11 == 0.0:
+        scale = self.linkage.unit**2
+        b, c = scaled(at.b, scale), scaled(at.c, scale)
+        normal = cross(b, c)
+        size = math.sqrt(dot(normal, normal))
+        if size == 0.0:
             return None
-        n1 = scaled(b, 1.0 / a11)
-        a21 = dot(c, n1)
-        rest = minus(c, scaled(n1, a21))
-        a22 = math.sqrt(dot(rest, rest))
-        if a22 == 0.0:
-            return None
-        n2 = scaled(rest, 1.0 / a22)
-        tangent = cross(n1, n2)
-        ratio = a21 / a22
-        inverse = np.array([[1.0 / a11, 0.0], [-ratio / a11, 1.0 / a22]])
-        bends = (inverse @ self.hessians(x).reshape(2, 9)).reshape(2, 3, 3)
-        third_1 = self._third_b / a11
-        third_2 = self._third_c / a22 + abs(ratio) * third_1
-        images = bends @ tangent
-        curve_1, curve_2 = (images @ tangent).tolist()
-        along = curve_1 * curve_1 + curve_2 * curve_2
+        tangent = scaled(normal, 1.0 / size)
+        # The shifts across the curve that one of both equations takes, the other one being kept.
+        shift_b = scaled(cross(c, tangent), scale / size)
+        shift_c = scaled(cross(tangent, b), scale / size)
+        bends = np.array((shift_b, shift_c)).T @ self.hessians(x).reshape(2, 9)
+        images = bends.reshape(3, 3, 3) @ tangent
+        turn_x, turn_y, turn_z = (images @ tangent).tolist()
+        along = turn_x * turn_x + turn_y * turn_y + turn_z * turn_z
         mixed = float(np.vdot(images, images)) - along
         across = float(np.vdot(bends, bends)) - along - 2.0 * mixed
+        third = self._third_b * math.sqrt(dot(shift_b, shift_b))
+        third += self._third_c * math.sqrt(dot(shift_c, shift_c))
         return Frame(
             x,
             tangent,
-            n1,
-            n2,
-            (-curve_1, -curve_2),
+            (-turn_x, -turn_y, -turn_z),
             math.sqrt(along),
             math.sqrt(max(mixed, 0.0)),
             math.sqrt(max(across, 0.0)),
-            math.hypot(third_1, third_2),
+            third,
         )
 
     def correct(self, frame: Frame, h: float) -> tuple[Vector3, RodJacobian] | None:
         """Point of the curve in the plane at the tangential coordinate ``h`` of ``frame``."""
-        y1, y2 = 0.5 * h * h * frame.curvature[0], 0.5 * h * h * frame.curvature[1]
+        x = combined(1.0, ahead(frame, h), 0.5 * h * h, frame.curvature)
         for _ in range(_ITERATIONS):
-            across = combined(y1, frame.normal_1, y2, frame.normal_2)
-            x = combined(1.0, ahead(frame, h), 1.0, across)
             at = self.gradients(x)
             if max(abs(at.gap_b), abs(at.gap_c)) <= self._tolerance:
                 return x, at
-            b, c = at.b, at.c
-            b1, b2 = dot(b, frame.normal_1), dot(b, frame.normal_2)
-            c1, c2 = dot(c, frame.normal_1), dot(c, frame.normal_2)
-            determinant = b1 * c2 - b2 * c1
+            determinant = dot(cross(at.b, at.c), frame.tangent)
             if determinant == 0.0:
                 return None
-            step_1 = (at.gap_c * b2 - at.gap_b * c2) / determinant
-            step_2 = (at.gap_b * c1 - at.gap_c * b1) / determinant
-            y1, y2 = y1 + step_1, y2 + step_2
-            if abs(step_1) + abs(step_2) < 1e-15:
+            shift_b, shift_c = cross(at.c, frame.tangent), cross(frame.tangent, at.b)
+            step = combined(at.gap_b / determinant, shift_b, at.gap_c / determinant, shift_c)
+            x = minus(x, step)
+            if dot(step, step) < 1e-30:
                 return x, at
         return None
 
@@ -221,18 +192,6 @@ class Curve:
 def ahead(frame: Frame, h: float) -> Vector3:
     """Point on the tangent of ``frame`` at ``h``."""
     return combined(1.0, frame.x, h, frame.tangent)
-
-
-def _hessian(v: complex, zd: complex, e: complex, e1: complex, e2: complex) -> list[list[float]]:
-    """Second derivatives of |v + zd - e|^2 / 2, with e1 and e2 the derivatives of e."""
-    r = v + zd - e
-    turn, swing = (v.conjugate() * zd).real, (e1.conjugate() * v).imag
-    spin = (e1.conjugate() * zd).imag
-    return [
-        [-(v.conjugate() * (zd - e)).real, turn, swing],
-        [turn, -(zd.conjugate() * (v - e)).real, spin],
-        [swing, spin, abs(e1) ** 2 - (r.conjugate() * e2).real],
-    ]
 
 
 # Follow one branch of the curve of positions, arc by arc, without ever leaving it.
@@ -278,8 +237,8 @@ def tube(frame: Frame, longest: float) -> Tube:
     less than the slope of the tangent against planes of constant drive. Beside a turning point the
     second derivative of the drive keeps its sign instead, so that it reverses at most once.
     """
-    across_drive = math.hypot(frame.normal_1[2], frame.normal_2[2])
-    bend = abs(frame.normal_1[2] * frame.curvature[0] + frame.normal_2[2] * frame.curvature[1])
+    across_drive = math.hypot(frame.tangent[0], frame.tangent[1])
+    bend = abs(frame.curvature[2])
     length = min(
         longest,
         0.5 / (frame.mixed + 1e-300),
@@ -320,22 +279,27 @@ _BIFURCATION_STEPS = 30
 _EXACT = 1e-11
 
 
-def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, float]:
-    """The turning point on an arc whose two ends run against each other in the drive.
+def zero_on_arc(
+    curve: Curve,
+    frame: Frame,
+    near: Vector3,
+    ends: tuple[float, float],
+    values: tuple[float, float],
+    function: Callable[[Vector3, RodJacobian], float],
+) -> Vector3:
+    """The point of an arc at which a function of the point and its gradients is zero.
 
     Args:
         curve: the curve.
-        frame: start of the arc.
-        end: tangential coordinate of its end.
-
-    Returns:
-        The point, and its tangential coordinate in ``frame``.
+        frame: in whose tube the arc lies.
+        near: the end that is next to the point, which it is if the arc cannot be divided.
+        ends: tangential coordinates of the ends of the arc.
+        values: of the function there.
+        function: rises all along the arc, or falls.
     """
-    low, high = 0.0, end
-    at_low = curve.gradients(frame.x).determinant
-    corrected = curve.correct(frame, end)
-    at_high = corrected[1].determinant if corrected else -at_low
-    x = frame.x
+    (low, high), (at_low, at_high) = ends, values
+    rising = at_high > at_low
+    x = near
     for _ in range(_BISECTIONS):
         if abs(high - low) < 1e-15:
             break
@@ -346,14 +310,13 @@ def turning_point(curve: Curve, frame: Frame, end: float) -> tuple[Vector3, floa
         corrected = curve.correct(frame, h)
         if corrected is None:
             break
-        x, at = corrected
-        slope = at.determinant
+        x, value = corrected[0], function(*corrected)
         # Halving the value at the end that stays (Illinois) keeps the secant from creeping.
-        if (slope > 0.0) == (at_low > 0.0):
-            low, at_low, at_high = h, slope, 0.5 * at_high
+        if (value < 0.0) == rising:
+            low, at_low, at_high = h, value, 0.5 * at_high
         else:
-            high, at_high, at_low = h, slope, 0.5 * at_low
-    return x, dot(minus(x, frame.x), frame.tangent)
+            high, at_high, at_low = h, value, 0.5 * at_low
+    return x
 
 
 def find_bifurcation(curve: Curve, start: Vector3, reach: float) -> Vector3 | None:
@@ -521,7 +484,7 @@ def follow(curve: Curve, x: Vector3, sense: float, largest_step: float) -> Itera
         if advanced is None or following is None:
             yield Passed(EventKind.SINGULAR, frame.x, False)
             return
-        x, _, h, radius = advanced
+        x, at, h, radius = advanced
         covered += abs(h)
         start_tangent, end_tangent = (
             scaled(frame.tangent, sense),
@@ -530,7 +493,9 @@ def follow(curve: Curve, x: Vector3, sense: float, largest_step: float) -> Itera
         if standing or (frame.tangent[2] > 0.0) == (following.tangent[2] > 0.0):
             yield Arc(frame, 0.0, h, radius, frame.x, x, start_tangent, end_tangent)
         else:
-            point, middle = turning_point(curve, frame, h)
+            ends, slopes = (0.0, h), (curve.gradients(frame.x).determinant, at.determinant)
+            point = zero_on_arc(curve, frame, x, ends, slopes, lambda _, at: at.determinant)
+            middle = dot(minus(point, frame.x), frame.tangent)
             at_point = curve.frame(point)
             tangent = scaled(at_point.tangent, sense) if at_point else start_tangent
             yield Arc(frame, 0.0, middle, radius, frame.x, point, start_tangent, tangent)
@@ -608,13 +573,7 @@ def _land_beyond(
     curve: Curve, point: Vector3, along: Vector3, length: float, tolerance: float
 ) -> tuple[Frame, float] | None:
     """Frame and sense of the branch at ``length`` beyond a bifurcation in direction ``along``."""
-    # The plane across the direction: a frame without curvature does as the coordinate system.
-    axis = min(
-        ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), key=lambda e: abs(dot(e, along))
-    )
-    first = minus(axis, scaled(along, dot(axis, along)))
-    first = scaled(first, 1.0 / math.sqrt(dot(first, first)))
-    plane = Frame(point, along, first, cross(along, first), (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
+    plane = Frame(point, along, (0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
     corrected = curve.correct(plane, length)
     if corrected is None or math.dist(corrected[0], ahead(plane, length)) > tolerance * length:
         return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import functools
 import itertools
 import math
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tri_glide_kinematics.equal_numbers import wrapped
+from tri_glide_kinematics.equal_numbers import first_largest, wrapped
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
     NODES,
@@ -20,6 +21,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
     Linear,
     Mask,
     closure,
+    derivatives,
     real_roots,
     row_order,
     simple_roots,
@@ -38,7 +40,6 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     position_of,
     refined,
     rod_jacobian,
-    rods_on_line,
     rotation,
     singularity,
     states,
@@ -158,6 +159,8 @@ DEGENERATE = 1e-6
 LONGEST_CORRECTION = 0.01
 # Platform angles of two positions that differ by less are one; the platform is translated [rad].
 _EQUAL_ANGLES = 1e-9
+# Coordinates that differ by less are one, relative to the size.
+_EQUAL_PLACES = 1e-6
 # Largest rod residual of a position, relative to the size.
 RESIDUAL = 1e-12
 # Keeps a quotient by zero finite.
@@ -177,22 +180,14 @@ def poses_at(linkage: Linkage, crank_angle: float) -> tuple[FMechanismPose, ...]
         pose_of(linkage, pins, crank_angle, position)
         for position in positions(linkage, pins, crank_angle)
     ]
-    poses.sort(key=lambda pose: pose.angle)
-    if any(q.angle - p.angle <= _EQUAL_ANGLES for p, q in itertools.pairwise(poses)):
-        _sort_by_place(linkage, poses)
-    return tuple(poses)
+    return tuple(sorted(poses, key=functools.cmp_to_key(functools.partial(_order, linkage.size))))
 
 
-def _sort_by_place(linkage: Linkage, poses: list[FMechanismPose]) -> None:
-    """Sort those with the same angle by the place of the platform."""
-    first = 0
-    for after in range(1, len(poses) + 1):
-        if after == len(poses) or poses[after].angle - poses[after - 1].angle > _EQUAL_ANGLES:
-            poses[first:after] = sorted(
-                poses[first:after],
-                key=lambda pose: [round(part / linkage.size, 6) for part in pose.position],
-            )
-            first = after
+def _order(size: float, pose: FMechanismPose, other: FMechanismPose) -> int:
+    """Below zero if a pose comes before another one: by angle, and by place where that is equal."""
+    differences = [(pose.angle - other.angle, _EQUAL_ANGLES)]
+    differences += [(p - q, _EQUAL_PLACES * size) for p, q in zip(pose.position, other.position)]
+    return next((1 if d > 0.0 else -1 for d, equal in differences if abs(d) > equal), 0)
 
 
 def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Position]:
@@ -395,16 +390,6 @@ CLOSES = 64.0 * float(np.finfo(np.float64).eps)
 _BITS = 100
 _PLACE_BITS = 128
 _ONE = 1 << _PLACE_BITS
-# A chart that is half a turn of the platform, |tan(phi / 2)| <= 1, is searched a little beyond, so
-# that no pair of roots is parted, and its roots count to where those of the other chart begin.
-_BEYOND = _ONE + (_ONE >> 4)
-_KEPT = _ONE + (_ONE >> 40)
-# An arc of platform angles no wider than this to each side of its middle lies in one chart [rad].
-_WIDEST_ARC = 0.5
-# Part of the linkage's size that widens the square of an arc, whose ends rounding may cut off.
-_ARC_ROUNDING = 1e-9
-# Both charts may give one position, on their border.
-_SAME = 1e-9
 # Two positions may share a platform angle if the angle between w_b and w_c is below the first
 # number. A position found there by Newton's method, which corrects the angle by no more than the
 # second number, is the same as another one if it lies no farther from it than the third.
@@ -434,19 +419,37 @@ class _Vector(NamedTuple):
         )
 
 
-class _Chart:
-    """The closure condition over half a turn of the platform, by t = tan(phi / 2).
+# Eight vectors of whole numbers of one length, more than the closure condition has roots.
+_LENGTH = 5
+_TURNS = [_Vector(x, y) for x, y in ((5, 0), (0, 5), (-5, 0), (0, -5))]
+_TURNS += [_Vector(x, y) for x, y in ((3, 4), (-4, 3), (-3, -4), (4, -3))]
 
-    In the second chart the platform is turned by half a turn, so that phi is counted from there.
-    Everything is multiplied by powers of 1 + t^2, which make it a polynomial.
+
+class _WholeClosure:
+    """The closure condition by t = tan(phi / 2), a polynomial of whole numbers.
+
+    phi is counted from where the condition is far from zero half a turn away, so that no root is at
+    infinity. Everything is multiplied by powers of 1 + t^2, which make it a polynomial.
     """
 
-    def __init__(
-        self, arms: tuple[_Vector, _Vector], ways: tuple[_Vector, _Vector], rods: tuple[int, ...]
-    ) -> None:
+    def __init__(self, linkage: Linkage, pins: CrankPins) -> None:
         """Form the polynomials from d_b, d_c (``arms``), e_b, e_c (``ways``) and the rods."""
-        (d_b, d_c), (e_b, e_c) = arms, ways
-        square_a, square_b, square_c = (rod * rod for rod in rods)
+        digits = _BITS - math.frexp(linkage.size)[1]
+
+        def whole(length: float) -> int:
+            return int(math.ldexp(length, digits))
+
+        def vector(point: complex, turn: _Vector) -> _Vector:
+            return turn.turned(_Vector(whole(point.real), whole(point.imag)))
+
+        polynomial = closure(linkage, pins).polynomial
+        opposite = [-complex(turn.x, -turn.y) / _LENGTH for turn in _TURNS]
+        turn = _TURNS[first_largest([abs(derivatives(polynomial, z)[0]) for z in opposite])]
+        self.start = complex(turn.x, -turn.y) / _LENGTH
+        self.unit = math.ldexp(1.0, -digits) / _LENGTH
+        square_a, square_b, square_c = ((_LENGTH * whole(rod)) ** 2 for rod in linkage.rods)
+        d_b, d_c = arms = vector(linkage.platform_b, turn), vector(linkage.platform_c, turn)
+        e_b, e_c = ways = vector(pins.b - pins.a, _TURNS[0]), vector(pins.c - pins.a, _TURNS[0])
         s_b, s_c = square_b - square_a, square_c - square_a
         turn_b, turn_c = e_b.turned(d_b), e_c.turned(d_c)
         cross_bc, cross_cb = e_c.turned(d_b), e_b.turned(d_c)
@@ -475,8 +478,12 @@ class _Chart:
             for part in (_linear(-e.x, d.x, d.y), _linear(-e.y, d.y, -d.x))
         ]
 
+    def direction(self, place: int) -> complex:
+        """Direction z of the platform."""
+        return self.start * rotation(2.0 * (place / _ONE))
+
     def rod_vector(self, place: int) -> tuple[complex, float]:
-        """Vector v of rod A, and how far w_b and w_c are from parallel; infinite where they are."""
+        """Vector v of rod A [m], and how far w_b and w_c are from parallel; there v is infinite."""
         m_b, m_c, cross, b_x, b_y, c_x, c_y = (
             _value(polynomial, place)
             for polynomial in (self.product_b, self.product_c, self.determinant, *self.ways)
@@ -490,167 +497,90 @@ class _Chart:
             ((m_c * b_x - m_b * c_x) << _PLACE_BITS) / below,
         )
         largest = max(abs(b_x), abs(b_y), abs(c_x), abs(c_y))
-        return v, abs(cross) * norm / (largest * largest << _PLACE_BITS)
+        return self.unit * v, abs(cross) * norm / (largest * largest << _PLACE_BITS)
 
 
 def exact_positions(linkage: Linkage, pins: CrankPins) -> list[Position]:
     """All positions; those that coincide to rounding are one, which is ``double``.
 
-    It is for crank pins at which the closure condition does not vanish for all platform angles.
+    They are at the roots of the condition between its extrema, and at those extrema that close to
+    rounding. It is for crank pins at which the condition does not vanish for all platform angles.
     """
-    digits = _BITS - math.frexp(linkage.size)[1]
-    rods = tuple(_whole(rod, digits) for rod in linkage.rods)
-    vectors = (linkage.platform_b, linkage.platform_c, pins.b - pins.a, pins.c - pins.a)
-    d_b, d_c, e_b, e_c = (
-        _Vector(_whole(vector.real, digits), _whole(vector.imag, digits)) for vector in vectors
-    )
+    whole = _WholeClosure(linkage, pins)
+    condition = whole.condition
+    slope = _derivative(condition)
+    # Cauchy's bound of all roots, and so of those of the derivatives.
+    end = (2 + max(map(abs, condition)) // abs(condition[-1])) << _PLACE_BITS
+    extrema = _roots(slope, end)
+    parallel = [place for place in extrema if whole.rod_vector(place)[1] <= _PARALLEL]
     found: list[Position] = []
-    for span in _spans(linkage, pins):
-        arms = tuple(_Vector(span.sense * d.x, span.sense * d.y) for d in (d_b, d_c))
-        search = _Search(linkage, pins, _Chart((arms[0], arms[1]), (e_b, e_c), rods), span, digits)
-        for position in search.positions():
-            _add(linkage, found, position, _SAME)
+    folds: list[Position] = []
+    low, positive = -end, _value(condition, -end) >= 0
+    for place in (*extrema, end):
+        fold = _at_place(linkage, pins, whole, place)
+        if fold:
+            position = _settled(linkage, pins, *fold)
+            if residual(linkage, pins, position) <= CLOSES * linkage.size:
+                folds.append(position)
+                continue
+        if (_value(condition, place) >= 0) != positive:
+            root = _root(condition, slope, low, place, positive)
+            positive = not positive
+            at_root = _at_place(linkage, pins, whole, root)
+            if at_root:
+                found.append(position_of(linkage, pins, *at_root, bool(folds)))
+            else:
+                parallel.append(root)
+        elif folds:
+            found.append(min(folds, key=lambda position: position.gap))
+        low, folds = place, []
+    for place in parallel:
+        for position in _on_line(linkage, pins, whole.direction(place)):
+            if not any(_same(linkage, position, other) for other in found):
+                found.append(position)
     return found
 
 
-class _Span(NamedTuple):
-    """The part of a chart that is searched.
+def _at_place(
+    linkage: Linkage, pins: CrankPins, whole: _WholeClosure, place: int
+) -> tuple[complex, complex] | None:
+    """Direction of the platform and vector of rod A; None if its length is not that of the rod."""
+    v, _ = whole.rod_vector(place)
+    length = linkage.rods[0]
+    if not abs(abs(v) - length) <= _NEAR * length:
+        return None
+    return whole.direction(place), v * (length / abs(v))
 
-    Attributes:
-        sense: +1, or -1 where phi is counted from half a turn.
-        low: first place.
-        high: last place.
-        kept: largest place that counts.
+
+def _on_line(linkage: Linkage, pins: CrankPins, z: complex) -> list[Position]:
+    """Positions where w_b and w_c are parallel, and both equations one line v . w = m.
+
+    It meets the circle |v| = l_a in two points, or touches it in one.
     """
-
-    sense: int
-    low: int
-    high: int
-    kept: int
-
-
-def _spans(linkage: Linkage, pins: CrankPins) -> list[_Span]:
-    """The range to be searched: the circle, or the narrow arc in which the rods allow positions.
-
-    Two platform joints are as far from each other as their pins but for both rods, so the platform
-    has turned from there by no more than an arc, which the law of cosines gives.
-    """
-    arms = 0j, linkage.platform_b, linkage.platform_c
-    ways = 0j, pins.b - pins.a, pins.c - pins.a
-    narrowest, middle = math.inf, 0.0
-    for i, j in ((0, 1), (0, 2), (1, 2)):
-        arm, way = arms[j] - arms[i], ways[j] - ways[i]
-        reach, gap = linkage.rods[i] + linkage.rods[j], abs(abs(arm) - abs(way))
-        product = abs(arm) * abs(way)
-        allowed = reach * (reach + _ARC_ROUNDING * linkage.size) - gap * gap
-        if allowed < narrowest * product:
-            narrowest, middle = allowed / product, cmath.phase(way * arm.conjugate())
-    if narrowest < 0.0:
+    w_b = z * linkage.platform_b - (pins.b - pins.a)
+    w_c = z * linkage.platform_c - (pins.c - pins.a)
+    radius = linkage.rods[0]
+    w, rod = (w_b, linkage.rods[1]) if abs(w_b) >= abs(w_c) else (w_c, linkage.rods[2])
+    if w == 0.0:
         return []
-    half = math.asin(min(1.0, 0.5 * math.sqrt(narrowest))) * 2.0
-    if not half <= _WIDEST_ARC:
-        return [_Span(sense, -_BEYOND, _BEYOND, _KEPT) for sense in (1, -1)]
-    sense = 1 if math.cos(middle) >= 0.0 else -1
-    middle = math.remainder(middle if sense == 1 else middle + math.pi, math.tau)
-    low, high = (
-        int(math.ldexp(math.tan(0.5 * angle), _PLACE_BITS))
-        for angle in (middle - half, middle + half)
-    )
-    return [_Span(sense, low, high, max(-low, high))]
+    foot = 0.5 * ((rod - radius) * (rod + radius) / abs(w) - abs(w))
+    rest = (radius - foot) * (radius + foot)
+    rounding = LENGTH_ROUNDING_ERROR * linkage.size * linkage.reach * radius / abs(w)
+    sides = (math.sqrt(rest), -math.sqrt(rest)) if rest > rounding else (0.0,)
+    found = []
+    for side in sides:
+        start = position_of(linkage, pins, z, complex(foot, side) * (w / abs(w)), len(sides) == 1)
+        position = refined(linkage, pins, start, 20)
+        closes = residual(linkage, pins, position) <= CLOSES * linkage.size
+        if closes and abs(position.z - z) < _LONGEST_CORRECTION:
+            found.append(position)
+    return found
 
 
-class _Search:
-    """The positions in one chart."""
-
-    def __init__(
-        self, linkage: Linkage, pins: CrankPins, chart: _Chart, span: _Span, digits: int
-    ) -> None:
-        self.linkage = linkage
-        self.pins = pins
-        self.chart = chart
-        self.span = span
-        self.digits = digits
-        self.closes = CLOSES * linkage.size
-
-    def positions(self) -> list[Position]:
-        """Roots of the condition between its extrema, and those extrema that close to rounding."""
-        condition = self.chart.condition
-        slope = _derivative(condition)
-        extrema = _roots(slope, self.span)
-        found: list[Position] = []
-        folds: list[Position] = []
-        low, kept = self.span.low, self.span.kept
-        positive = _value(condition, low) >= 0
-        for place in (*extrema, self.span.high):
-            fold = self._fold(place) if place < self.span.high else None
-            if fold:
-                folds.append(fold)
-                continue
-            if (_value(condition, place) >= 0) != positive:
-                root = _root(condition, slope, low, place, positive)
-                positive = not positive
-                if abs(root) <= kept:
-                    found += self._at_root(root, bool(folds))
-            elif folds:
-                found.append(min(folds, key=lambda position: position.gap))
-            low, folds = place, []
-        for place in extrema:
-            if abs(place) <= kept and self.chart.rod_vector(place)[1] <= _PARALLEL:
-                for position in self._on_line(place):
-                    _add(self.linkage, found, position, _SAME_POSITION)
-        return found
-
-    def _direction(self, place: int) -> complex:
-        """Direction z of the platform."""
-        return self.span.sense * rotation(2.0 * (place / _ONE))
-
-    def _rod_vector(self, place: int) -> complex | None:
-        """Vector v of rod A [m]; None if its length is not that of the rod."""
-        v, _ = self.chart.rod_vector(place)
-        v *= math.ldexp(1.0, -self.digits)
-        return v if abs(abs(v) - self.linkage.rods[0]) <= _NEAR * self.linkage.rods[0] else None
-
-    def _at_root(self, place: int, double: bool) -> list[Position]:
-        """The position at a root; both where the rod vectors of two share its platform angle."""
-        v = self._rod_vector(place)
-        if v is None:
-            return self._on_line(place)
-        v *= self.linkage.rods[0] / abs(v)
-        return [position_of(self.linkage, self.pins, self._direction(place), v, double)]
-
-    def _fold(self, place: int) -> Position | None:
-        """The position at an extremum of the condition if it closes to rounding there."""
-        v = self._rod_vector(place) if abs(place) <= self.span.kept else None
-        if v is None:
-            return None
-        position = _settled(self.linkage, self.pins, self._direction(place), v)
-        return position if residual(self.linkage, self.pins, position) <= self.closes else None
-
-    def _on_line(self, place: int) -> list[Position]:
-        """Positions where w_b and w_c are parallel, on the line that both equations are there."""
-        linkage, pins, z = self.linkage, self.pins, self._direction(place)
-        w_b = z * linkage.platform_b - (pins.b - pins.a)
-        w_c = z * linkage.platform_c - (pins.c - pins.a)
-        w, rod = (w_b, linkage.rods[1]) if abs(w_b) >= abs(w_c) else (w_c, linkage.rods[2])
-        m = 0.5 * ((rod - linkage.rods[0]) * (rod + linkage.rods[0]) - abs(w) ** 2)
-        candidates = rods_on_line(linkage, w, m)
-        found = []
-        for v in candidates:
-            start = position_of(linkage, pins, z, v, len(candidates) == 1)
-            position = refined(linkage, pins, start, 20)
-            near = abs(position.z - z) < _LONGEST_CORRECTION
-            if near and residual(linkage, pins, position) <= self.closes:
-                found.append(position)
-        return found
-
-
-def _add(linkage: Linkage, found: list[Position], position: Position, same: float) -> None:
-    """Add a position if it is not among those that were ``found`` before."""
-    if not any(
-        abs(position.z - other.z) < same and abs(position.v - other.v) < same * linkage.rods[0]
-        for other in found
-    ):
-        found.append(position)
+def _same(linkage: Linkage, position: Position, other: Position) -> bool:
+    """Whether two positions are one that was found twice."""
+    apart = abs(position.v - other.v) / linkage.rods[0]
+    return max(abs(position.z - other.z), apart) < _SAME_POSITION
 
 
 def residual(linkage: Linkage, pins: CrankPins, position: Position) -> float:
@@ -688,10 +618,6 @@ def _settled(linkage: Linkage, pins: CrankPins, z: complex, v: complex) -> Posit
     return position_of(linkage, pins, z, v, True)
 
 
-def _whole(length: float, digits: int) -> int:
-    return int(math.ldexp(length, digits))
-
-
 def _linear(constant: int, x: int, y: int) -> Polynomial:
     """``constant + Re((x + i y) z)`` times 1 + t^2."""
     return np.array([constant + x, -2 * y, constant - x], dtype=object)
@@ -709,12 +635,12 @@ def _value(p: Polynomial, place: int) -> int:
     return value
 
 
-def _roots(p: Polynomial, span: _Span) -> list[int]:
+def _roots(p: Polynomial, end: int) -> list[int]:
     """Places where a polynomial changes its sign: between its extrema it does so once or never."""
     if len(p) < 2:
         return []
     slope = _derivative(p)
-    places = [span.low, *_roots(slope, span), span.high]
+    places = [-end, *_roots(slope, end), end]
     signs = [_value(p, place) >= 0 for place in places]
     return [
         _root(p, slope, low, high, positive)
@@ -724,16 +650,22 @@ def _roots(p: Polynomial, span: _Span) -> list[int]:
 
 
 def _root(p: Polynomial, slope: Polynomial, low: int, high: int, positive: bool) -> int:
-    """A change of sign between two places, by Newton's method or halving; ``positive`` below it."""
-    place = (low + high) >> 1
+    """A change of sign between two places; ``positive`` below it.
+
+    By Newton's method, or halving where its steps do not become half as long each time.
+    """
+    place, step = (low + high) >> 1, high - low
     while high - low > 1:
         value, steepness = _value(p, place), _value(slope, place)
         if (value >= 0) == positive:
             low = place
         else:
             high = place
-        following = place - (value << _PLACE_BITS) // steepness if steepness else low
-        if abs(following - place) <= 1:
+        longest = abs(step) >> 1
+        step = -((value << _PLACE_BITS) // steepness) if steepness else high - low
+        if abs(step) <= 1:
             break
-        place = following if low < following < high else (low + high) >> 1
+        if abs(step) > longest or not low < place + step < high:
+            step = ((low + high) >> 1) - place
+        place += step
     return place

@@ -313,19 +313,3 @@ def refined(linkage: Linkage, pins: CrankPins, position: Position, iterations: i
             break
         position, gap = following, next_gap
     return position
-
-
-def rods_on_line(linkage: Linkage, w: complex, m: float) -> list[complex]:
-    """Rod vectors v on the circle |v| = l_a and the line v . w = m; one if it is tangent."""
-    radius, length = linkage.rods[0], abs(w)
-    if length == 0.0:
-        return []
-    foot = m / length
-    rest = (radius - foot) * (radius + foot)
-    rounding = LENGTH_ROUNDING_ERROR * linkage.size * linkage.reach * radius / length
-    if rest < -1e-6 * radius * radius - rounding:
-        return []
-    if rest <= rounding:
-        return [foot * w / length]
-    half_chord = math.sqrt(rest)
-    return [complex(foot, side) * (w / length) for side in (half_chord, -half_chord)]

@@ -20,6 +20,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.curve import (
     Passed,
     follow,
     leading_sense,
+    zero_on_arc,
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.positions import FMechanismPose, pose_of
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
@@ -233,9 +234,7 @@ def passed(stations: FloatArray, start: float, stop: float) -> FloatArray:
 
 # Points of a followed branch at requested values of the drive, all at once.
 
-# Halvings of an arc, which end below the rounding of its parts; and those before Newton's method,
-# which are as good as its start has to be.
-_BISECTIONS = 60
+# Steps of Newton's method, and halvings before it, which are as good as its start has to be.
 _NEWTON_STEPS = 4
 _INVERSIONS = 30
 # Gap of the rod equations, relative to the size and the reach, of a sample on the curve.
@@ -247,7 +246,7 @@ def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[FloatArray
 
     Each arc has its values of the drive. From the cubic through both ends of the arc a point is
     corrected at its fixed drive. It counts only if it lies in the tube and between the ends of the
-    arc, where no other branch is; otherwise it is found again by bisection along the arc.
+    arc, where no other branch is; otherwise it is found again along the arc.
     """
     which = np.repeat(np.arange(len(arcs)), [len(request) for request in requests])
     if not which.size:
@@ -256,7 +255,7 @@ def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[FloatArray
     points = _cubic_points(arcs, which, s)
     pins = pins_at(curve.linkage, curve.drive.crank_angles(s))
     tolerance = _ON_CURVE * curve.linkage.size * curve.linkage.reach
-    # At a singular sample the corrections are infinite; it is then found by bisection.
+    # At a singular sample the corrections are infinite; it is then found along the arc.
     with np.errstate(divide="ignore", invalid="ignore"):
         for step in range(_NEWTON_STEPS + 1):
             v, z = curve.linkage.rods[0] * direction(points[:, 0]), direction(points[:, 1])
@@ -272,27 +271,16 @@ def sample_arcs(curve: Curve, arcs: Sequence[Arc], requests: Sequence[FloatArray
 
 
 def point_on_arc(curve: Curve, arc: Arc, s: float) -> Vector3:
-    """Point of one arc where the drive is ``s``, by bisection along the arc."""
+    """Point of one arc where the drive is ``s``, along the arc."""
     part = abs(s - arc.start[2]) / max(abs(arc.end[2] - arc.start[2]), 1e-300)
     if arc.frame is None or not 0.0 < part < 1.0:
         # Beside a bifurcation the arc is straight to its length squared, which is tiny.
         p, q = (1.0 - min(part, 1.0)), min(part, 1.0)
         start, end = arc.start, arc.end
         return p * start[0] + q * end[0], p * start[1] + q * end[1], s
-    low, high = arc.low, arc.high
-    rising = arc.end[2] > arc.start[2]
-    best = arc.start if part < 0.5 else arc.end
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        corrected = curve.correct(arc.frame, middle)
-        if corrected is None:
-            break
-        best = corrected[0]
-        if (best[2] < s) == rising:
-            low = middle
-        else:
-            high = middle
-    return best
+    values = arc.start[2] - s, arc.end[2] - s
+    near = arc.start if part < 0.5 else arc.end
+    return zero_on_arc(curve, arc.frame, near, (arc.low, arc.high), values, lambda x, _: x[2] - s)
 
 
 def _on_arc(arcs: Sequence[Arc], which: NDArray[np.int64], points: FloatArray) -> NDArray[np.bool_]:
@@ -427,8 +415,7 @@ def trace_branch(curve: Curve, start: Vector3, options: TraceOptions) -> FMechan
     sense = 1.0
     if first is not None:
         sense = leading_sense(first)
-        bend = first.normal_1[2] * first.curvature[0] + first.normal_2[2] * first.curvature[1]
-        if abs(first.tangent[2]) < STANDSTILL and bend < 0.0:
+        if abs(first.tangent[2]) < STANDSTILL and first.curvature[2] < 0.0:
             # The branch lies behind this turning point.
             standing = True
             recorder.rising = False

@@ -103,10 +103,6 @@ _ANGLE_SLACK = 16.0 * float(np.finfo(np.float64).eps)
 _MOST_SLACK = 8.0 * _ANGLE_SLACK
 """No slack of g^2 is more than this: with 1 for the longest link, (g^2)' is 2 and g^2 4 at most."""
 
-_WORK_ROWS = 28
-"""Intermediate results that one chunk keeps, each of them in a row."""
-
-
 _HALF = constant(0.5)
 
 
@@ -129,136 +125,101 @@ def close_loop(
         rocker velocity in [rad/s], coupler and rocker acceleration in [rad/s^2]. All six are NaN
         beyond the crank's limits; the four rates are NaN on a limit, where they would be infinite.
     """
-    count = angles.size
-    motion: FloatArray = np.empty((2, 6, count))
-    size = min(max(count, 1), _CHUNK)
-    work: FloatArray = np.empty((_WORK_ROWS, size))
+    motion: FloatArray = np.empty((2, 6, angles.size))
     # Beyond a limit the root is of a negative number, on it the division is by zero: both give the
     # NaN that is asked for. A kite divides by zero, or nearly, where g vanishes. Other linkages do
     # without the guard, which costs as much as three rows.
     may_fail = constants.is_limited or constants.is_kite
     guard = np.errstate(all="ignore") if may_fail else nullcontext()
     with guard:
-        for start in range(0, count, size):
-            part = slice(start, start + size)
-            rows = work[:, : count - start]
+        for start in range(0, angles.size, _CHUNK):
+            part = slice(start, start + _CHUNK)
             omega = velocity[part] if velocity.ndim else velocity
             alpha = acceleration
             if alpha is not None and alpha.ndim:
                 alpha = alpha[part]
-            _close_chunk(constants, angles[part], omega, alpha, rows)
-            mean, split, result = rows[0:6], rows[6:12], motion[:, :, part]
-            np.add(mean, split, result[0])
-            np.subtract(mean, split, result[1])
+            rows = _close_chunk(constants, angles[part], omega, alpha)
+            for row, (mean, split) in enumerate(zip(*rows)):
+                np.add(mean, split, motion[0, row, part])
+                np.subtract(mean, split, motion[1, row, part])
     return motion
 
 
 def _close_chunk(
-    k: LoopConstants,
-    angles: FloatArray,
-    omega: FloatArray,
-    alpha: FloatArray | None,
-    work: FloatArray,
-) -> None:
-    """Fill the first twelve rows of ``work``.
+    k: LoopConstants, angles: FloatArray, omega: FloatArray, alpha: FloatArray | None
+) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+    """The mean of both branches, and half their difference (open less crossed).
 
-    Six rows are the mean of the branches, six are half their difference (open less crossed), each
-    in the order of :func:`close_loop`. The last argument of a numpy function is where its result
-    goes; a row is used again where its first content has served.
+    Each has six rows in the order of :func:`close_loop`.
     """
-    # fmt: off
-    (
-        mean_x, mean_y, mean_coupler, mean_rocker, mean_coupler_slope, mean_rocker_slope,
-        split_x, split_y, split_coupler, split_rocker, split_coupler_slope, split_rocker_slope,
-        cos, sin, cos2, sin2, to_stretched, to_folded,
-        slope, inverse, root, root3, gain, gain_slope, foot, beyond, gx, pin_y,
-    ) = work
-    # fmt: on
-    trig, squares, gaps = work[12:14], work[14:16], work[16:18]
-    add, subtract, multiply, divide = np.add, np.subtract, np.multiply, np.divide
-
     # g^2 and its distance from both bounds, by the half angle: no digits are lost near a limit.
-    multiply(angles, _HALF, cos)
-    np.sin(cos, sin)
-    np.cos(cos, cos)
-    multiply(trig, k.trig_scale, trig)
-    multiply(trig, trig, squares)
-    multiply(cos, sin, slope)  # (g^2)' = 2 a d sin(phi)
-    add(cos2, k.stretched_gap, to_stretched)  # (b + c)^2 - g^2
-    add(sin2, k.folded_gap, to_folded)  # g^2 - (b - c)^2
-    add(sin2, k.least_diagonal, inverse)
-    divide(_HALF, inverse, inverse)  # 1 / (2 g^2)
-    multiply(sin2, k.scale, gx)
-    add(gx, k.offset_x, gx)
-    multiply(slope, k.scale, pin_y)
-    on_limit = _snap_to_limits(k, slope, squares, gaps) if k.is_limited else None
-
-    # R, M = (g^2)'/R and M'.
-    if k.stretches or k.folds:
-        _pass_change_point(k, trig, gaps, root, gain, gain_slope)
-    else:
-        multiply(to_stretched, to_folded, root3)
-        np.sqrt(root3, root)
-        divide(slope, root, gain)
-        multiply(root3, root, root3)
-        multiply(squares, gaps, gaps)
-        multiply(to_stretched, k.folded_half_gap, to_stretched)
-        multiply(to_folded, k.stretched_half_gap, to_folded)
-        subtract(to_stretched, to_folded, gain_slope)
-        divide(gain_slope, root3, gain_slope)
+    half = angles * _HALF
+    cos, sin = np.cos(half), np.sin(half)
+    cos *= k.trig_scale
+    sin *= k.trig_scale
+    slope = cos * sin  # (g^2)' = 2 a d sin(phi)
+    cos2, sin2 = cos * cos, sin * sin
+    to_stretched = cos2 + k.stretched_gap  # (b + c)^2 - g^2
+    to_folded = sin2 + k.folded_gap  # g^2 - (b - c)^2
+    inverse = _HALF / (sin2 + k.least_diagonal)  # 1 / (2 g^2)
+    gx, pin_y = sin2 * k.scale, slope * k.scale
+    gx += k.offset_x
+    gaps = to_stretched, to_folded
+    on_limit = _snap_to_limits(k, slope, (cos2, sin2), gaps) if k.is_limited else None
+    root, gain, gain_slope = _root_and_gain(k, (cos, sin), (cos2, sin2), gaps, slope)
 
     # From here on a slope is by time.
     if k.is_kite:
         inverse[np.isinf(inverse)] = 0.0  # g = 0: what is divided by it below is zero as well
-    multiply(slope, inverse, slope)
-    multiply(slope, omega + omega, slope)  # (g^2)' / g^2
-    multiply(gain_slope, omega * omega, gain_slope)
+    slope *= inverse
+    slope *= omega + omega  # (g^2)' / g^2
+    gain_slope *= omega * omega
     if alpha is not None:
         gain_slope += alpha * gain
-    multiply(gain, omega, gain)
+    gain *= omega
 
     # The diagonal turns with 1/2 - (d^2 - a^2)/(2 g^2).
-    multiply(inverse, k.ground_less_crank, mean_rocker)
-    multiply(mean_rocker, slope, mean_coupler_slope)
-    multiply(mean_coupler_slope, omega, mean_coupler_slope)
-    subtract(_HALF, mean_rocker, mean_rocker)
+    turn = inverse * k.ground_less_crank
+    turn_slope = turn * slope
+    turn_slope *= omega
+    np.subtract(_HALF, turn, turn)
     if alpha is not None:
-        mean_coupler_slope += alpha * mean_rocker
-    multiply(mean_rocker, omega, mean_rocker)
-    mean_coupler[:] = mean_rocker
-    mean_rocker_slope[:] = mean_coupler_slope
+        turn_slope += alpha * turn
+    turn *= omega
 
     # Against the diagonal, the rocker turns with p M and the coupler with (p - 1) M.
-    multiply(inverse, k.coupler_less_rocker, foot)
-    multiply(foot, slope, slope)  # -p'
-    subtract(_HALF, foot, beyond)  # 1 - p
-    add(foot, _HALF, foot)  # p
+    foot = inverse * k.coupler_less_rocker
+    slope *= foot  # -p'
+    beyond = _HALF - foot  # 1 - p
+    foot += _HALF  # p
     if on_limit is not None:
         gain[on_limit] = np.nan
         foot[on_limit] = np.copysign(k.coupler * np.sqrt(2.0 * inverse[on_limit]), foot[on_limit])
         beyond[on_limit] = 1.0 - foot[on_limit]
-    multiply(foot, gain, split_rocker)
-    subtract(split_rocker, gain, split_coupler)
-    multiply(foot, gain_slope, split_rocker_slope)
-    multiply(slope, gain, slope)
-    subtract(split_rocker_slope, slope, split_rocker_slope)
-    subtract(split_rocker_slope, gain_slope, split_coupler_slope)
+    rocker = foot * gain
+    foot *= gain_slope
+    slope *= gain
+    foot -= slope
+    rates = rocker - gain, rocker, foot - gain_slope, foot
 
     # The rocker pin is at ground - (1 - p) g, and h times the perpendicular of g to either side.
-    multiply(beyond, gx, gain)
-    subtract(k.ground, gain, mean_x)
-    multiply(beyond, pin_y, mean_y)
     if k.is_kite:
-        half_height = cos if k.stretches else np.sqrt(to_stretched)
-        np.multiply(trig, k.kite_scale * half_height, work[6:8])
+        half_height = k.kite_scale * (cos if k.stretches else np.sqrt(to_stretched))
+        to_side = cos * half_height, sin * half_height
     else:
-        multiply(root, inverse, root)  # h
-        multiply(root, pin_y, split_x)
-        multiply(root, gx, split_y)
+        root *= inverse  # h
+        to_side = root * pin_y, root * gx
+    gx *= beyond
+    pin_y *= beyond
+    mean = k.ground - gx, pin_y, turn, turn, turn_slope, turn_slope
+    return mean, (*to_side, *rates)
+
+
+Pair = tuple[FloatArray, FloatArray]
 
 
 def _snap_to_limits(
-    k: LoopConstants, slope: FloatArray, squares: FloatArray, gaps: FloatArray
+    k: LoopConstants, slope: FloatArray, squares: Pair, gaps: Pair
 ) -> NDArray[np.bool_] | None:
     """Make zero what only rounding keeps from it: g^2 less its bounds. Tell where, if anywhere."""
     on_limit = None
@@ -272,35 +233,32 @@ def _snap_to_limits(
     return on_limit
 
 
-def _pass_change_point(
-    k: LoopConstants,
-    trig: FloatArray,
-    gaps: FloatArray,
-    root: FloatArray,
-    gain: FloatArray,
-    gain_slope: FloatArray,
-) -> None:
-    """Fill R, M and M' of a change-point linkage, R with the sign that makes it smooth.
+def _root_and_gain(
+    k: LoopConstants, trig: Pair, squares: Pair, gaps: Pair, slope: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """R, M = (g^2)'/R and M'.
 
-    R is the product of two roots, and M the product of 2 sqrt(ad) cos(phi/2) over the first and
-    2 sqrt(ad) sin(phi/2) over the second; at a change point the quotient is 1.
+    Of a change-point linkage R has the sign that makes it smooth. It is the product of two roots,
+    and M the product of 2 sqrt(ad) cos(phi/2) over the first and 2 sqrt(ad) sin(phi/2) over the
+    second; at a change point the quotient is 1.
     """
-    cos, sin = trig
-    to_stretched, to_folded = gaps
+    (cos, sin), (to_stretched, to_folded) = trig, gaps
     if k.stretches and k.folds:
-        np.multiply(cos, sin, root)
-        gain.fill(1.0)
-        gain_slope.fill(0.0)
-    elif k.stretches:
-        np.sqrt(to_folded, root)
-        np.divide(sin, root, gain)
-        np.divide(k.folded_half_gap * cos, to_folded * root, gain_slope)
-        np.multiply(root, cos, root)
-    else:
-        np.sqrt(to_stretched, root)
-        np.divide(cos, root, gain)
-        np.divide(-k.stretched_half_gap * sin, to_stretched * root, gain_slope)
-        np.multiply(root, sin, root)
+        return cos * sin, np.ones_like(cos), np.zeros_like(cos)
+    if k.stretches:
+        root = np.sqrt(to_folded)
+        return root * cos, sin / root, k.folded_half_gap * cos / (to_folded * root)
+    if k.folds:
+        root = np.sqrt(to_stretched)
+        return root * sin, cos / root, -k.stretched_half_gap * sin / (to_stretched * root)
+    square = to_stretched * to_folded
+    root = np.sqrt(square)
+    square *= root
+    gain_slope = squares[0] * to_stretched
+    gain_slope *= k.folded_half_gap
+    gain_slope -= squares[1] * to_folded * k.stretched_half_gap
+    gain_slope /= square
+    return root, slope / root, gain_slope
 
 
 ComplexArray = NDArray[np.complex128]

@@ -6,15 +6,13 @@ They show what source 001 shows in its figures 3 and 5 to 8.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from tri_glide_kinematics.equal_numbers import (
     SAME_PART,
-    directions,
     first_largest,
     within_turn,
     wrapped,
@@ -45,11 +43,12 @@ from tri_glide_kinematics.mechanisms.pictures.skeleton import (
     CORNER_COLOURS,
     F_MECHANISM,
     INK,
+    BranchCurve,
     Line,
     bounds,
+    f_mechanism_points,
 )
 from tri_glide_kinematics.picture_commands import LIMIT_STYLE
-from tri_glide_kinematics.vectors import FloatArray
 
 SAMPLES = 1440
 """Crank angles over one turn at which a branch is drawn."""
@@ -59,45 +58,6 @@ FEWEST_SAMPLES = 300
 
 ON_BRANCH = 1e-6
 """Branches that pass a position within this [rad, sizes] both pass through it."""
-
-
-@dataclass(frozen=True, eq=False)
-class BranchCurve:
-    """A branch as a curve to be drawn: its samples, with its events put in at their places.
-
-    Attributes:
-        crank_angle: angle of crank A, counted on over full turns, shape (m,) [rad].
-        angle: platform angle in (-pi, pi], shape (m,) [rad].
-        points: the points of :data:`.F_MECHANISM`, shape (m, 9, 2) [m].
-        reverses: whether the crank does so anywhere.
-    """
-
-    crank_angle: FloatArray
-    angle: FloatArray
-    points: FloatArray
-    reverses: bool
-
-    @classmethod
-    def of(cls, branch: FMechanismTrace) -> BranchCurve:
-        """Put the events of a branch between its samples."""
-        events = branch.events
-        at = [event.index for event in events]
-        pivots = branch.linkage.pivots
-        fixed = np.broadcast_to(as_points(np.array(pivots)), branch.crank_pins.shape)
-        samples = np.concatenate([fixed, branch.crank_pins, branch.platform_joints], axis=1)
-        at_events = [skeleton_points(pivots, event.pose) for event in events]
-        angle = directions(np.exp(1j * branch.angle))
-        return cls(
-            np.insert(branch.crank_angle, at, [event.crank_angle for event in events]),
-            np.insert(angle, at, [event.pose.angle for event in events]),
-            np.insert(samples, at, at_events, axis=0),
-            bool(branch.turning_points),
-        )
-
-
-def skeleton_points(pivots: Sequence[complex], pose: FMechanismPose) -> FloatArray:
-    """Return the points of :data:`.F_MECHANISM` in one position, shape (9, 2) [m]."""
-    return np.concatenate([as_points(np.array(pivots)), pose.crank_pins, pose.platform_joints])
 
 
 def detailed_overview(
@@ -291,7 +251,7 @@ def positions_figure(
     poses = mechanism.poses(crank_angle)
     unit = LengthUnit.fitting(mechanism.size)
     pivots = mechanism.linkage.pivots
-    drawings = [skeleton_points(pivots, pose) for pose in poses]
+    drawings = [f_mechanism_points(pivots, pose) for pose in poses]
     circles = _crank_circles(mechanism)
     rows = 1 if len(poses) < 4 else 2
     columns = max(1, math.ceil(len(poses) / rows))
@@ -340,7 +300,7 @@ def corners_figure(
             lines.append(Line(points[:, joint], colour, label, style, 1.3))
     for pose in mechanism.poses(crank_angle):
         number = branch_through(overview, pose)
-        corners = skeleton_points(pivots, pose)[[6, 7, 8, 6]]
+        corners = f_mechanism_points(pivots, pose)[[6, 7, 8, 6]]
         label = f"platform at {degrees_text(crank_angle)}, branch {number + 1}"
         lines.append(Line(corners, INK, label, _style(number), 1.4, joints=True))
     title = "F-mechanism: all positions of the platform joints"

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from tri_glide_kinematics.equal_numbers import SAME_ANGLE
 from tri_glide_kinematics.mechanisms.four_bar import (
     Branch,
-    BranchSweep,
     CrankLimitError,
     FourBar,
 )
@@ -35,7 +34,7 @@ from tri_glide_kinematics.mechanisms.pictures.skeleton import (
     PURPLE,
     Line,
     default_crank_angle,
-    side_by_side,
+    four_bar_points,
 )
 from tri_glide_kinematics.picture_commands import LIMIT_STYLE
 from tri_glide_kinematics.vectors import FloatArray
@@ -74,19 +73,6 @@ def interval_around(linkage: FourBar, crank_angle: float) -> FloatArray:
     raise CrankLimitError(crank_angle, linkage.crank_ranges)
 
 
-def skeleton_points(
-    linkage: FourBar, sweep: BranchSweep, coupler_point: tuple[float, float]
-) -> FloatArray:
-    """Return the points of :data:`.FOUR_BAR` over a sweep. Shape (n, 5, 2) [m]."""
-    return side_by_side(
-        linkage.crank_pivot,
-        sweep.crank_pins,
-        sweep.rocker_pins,
-        linkage.rocker_pivot,
-        sweep.point_of_coupler_plane(*coupler_point).position,
-    )
-
-
 def coupler_curve_figure(
     linkage: FourBar,
     coupler_point: tuple[float, float],
@@ -108,12 +94,12 @@ def coupler_curve_figure(
         crank_angle = default_crank_angle(linkage)
     linkage.pose(crank_angle, branch)
     shown = linkage.sweep([crank_angle]).branch(branch)
-    (pose,) = skeleton_points(linkage, shown, coupler_point)
+    (pose,) = four_bar_points(linkage, shown, coupler_point)
     unit = LengthUnit.fitting(linkage.lengths.longest)
     lines: list[Line] = []
     for angles in crank_angles(linkage):
         for drawn in Branch:
-            points = skeleton_points(linkage, linkage.sweep(angles).branch(drawn), coupler_point)
+            points = four_bar_points(linkage, linkage.sweep(angles).branch(drawn), coupler_point)
             style, label = BRANCH_STYLES[drawn], f"path of P, {drawn.value} branch"
             lines.append(Line(points[:, 4], PURPLE, label, style))
             for pin, colour in ((1, BLUE), (2, GREEN)):
@@ -231,7 +217,7 @@ def four_bar_movie(
         phases = math.tau * (np.arange(frames) + 0.25) / frames
         shown = 0.5 * (path[0] + path[-1]) - 0.5 * (path[-1] - path[0]) * np.cos(phases)
     points, paths = (
-        skeleton_points(linkage, linkage.sweep(angles).branch(branch), coupler_point)
+        four_bar_points(linkage, linkage.sweep(angles).branch(branch), coupler_point)
         for angles in (shown, path)
     )
     captions = tuple(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, FourBar
+from tri_glide_kinematics.equal_numbers import directions
+from tri_glide_kinematics.mechanisms.f_mechanism import FMechanismPose, FMechanismTrace, as_points
+from tri_glide_kinematics.mechanisms.four_bar import AssembledFourBar, Branch, BranchSweep, FourBar
 from tri_glide_kinematics.vectors import FloatArray
 
 # Colours that stay apart for colour-blind readers as well (Okabe and Ito).
@@ -117,9 +119,57 @@ def default_branch(linkage: FourBar) -> Branch:
     return given or Branch.OPEN
 
 
-def side_by_side(*points: ArrayLike) -> FloatArray:
-    """Return points of a skeleton, each over n positions or fixed. Shape (n, k, 2) [m]."""
-    return np.stack(np.broadcast_arrays(*points), axis=-2)
+def four_bar_points(
+    linkage: FourBar, sweep: BranchSweep, coupler_point: Sequence[float]
+) -> FloatArray:
+    """Return the points of :data:`FOUR_BAR` over a sweep. Shape (n, 5, 2) [m]."""
+    places = (
+        linkage.crank_pivot,
+        sweep.crank_pins,
+        sweep.rocker_pins,
+        linkage.rocker_pivot,
+        sweep.point_of_coupler_plane(*coupler_point).position,
+    )
+    return np.stack(np.broadcast_arrays(*places), axis=-2)
+
+
+@dataclass(frozen=True, eq=False)
+class BranchCurve:
+    """A branch as a curve to be drawn: its samples, with its events put in at their places.
+
+    Attributes:
+        crank_angle: angle of crank A, counted on over full turns, shape (m,) [rad].
+        angle: platform angle in (-pi, pi], shape (m,) [rad].
+        points: the points of :data:`F_MECHANISM`, shape (m, 9, 2) [m].
+        reverses: whether the crank does so anywhere.
+    """
+
+    crank_angle: FloatArray
+    angle: FloatArray
+    points: FloatArray
+    reverses: bool
+
+    @classmethod
+    def of(cls, branch: FMechanismTrace) -> BranchCurve:
+        """Put the events of a branch between its samples."""
+        events = branch.events
+        at = [event.index for event in events]
+        pivots = branch.linkage.pivots
+        fixed = np.broadcast_to(as_points(np.array(pivots)), branch.crank_pins.shape)
+        samples = np.concatenate([fixed, branch.crank_pins, branch.platform_joints], axis=1)
+        at_events = [f_mechanism_points(pivots, event.pose) for event in events]
+        angle = directions(np.exp(1j * branch.angle))
+        return cls(
+            np.insert(branch.crank_angle, at, [event.crank_angle for event in events]),
+            np.insert(angle, at, [event.pose.angle for event in events]),
+            np.insert(samples, at, at_events, axis=0),
+            bool(branch.turning_points),
+        )
+
+
+def f_mechanism_points(pivots: Sequence[complex], pose: FMechanismPose) -> FloatArray:
+    """Return the points of :data:`F_MECHANISM` in one position, shape (9, 2) [m]."""
+    return np.concatenate([as_points(np.array(pivots)), pose.crank_pins, pose.platform_joints])
 
 
 def bounds(places: FloatArray, margin: float = 0.1) -> FloatArray:

@@ -15,15 +15,22 @@ import numpy as np
 from tri_glide_kinematics.equal_numbers import first_largest, first_smallest
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.mechanisms import CrankLimitError, MechanismFile, four_bar
-from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism, FMechanismTrace
+from tri_glide_kinematics.mechanisms.f_mechanism import (
+    EventKind,
+    FMechanism,
+    FMechanismTrace,
+    as_points,
+)
 from tri_glide_kinematics.mechanisms.four_bar import DeadCentreKind, FourBar
 from tri_glide_kinematics.mechanisms.pictures import (
     F_MECHANISM,
     FOUR_BAR,
+    BranchCurve,
     bounds,
     default_branch,
     default_crank_angle,
-    side_by_side,
+    f_mechanism_points,
+    four_bar_points,
 )
 from tri_glide_kinematics.vectors import FloatArray, Point
 from tri_glide_kinematics.wording import number_text
@@ -319,15 +326,16 @@ class ShownFourBar:
         Raises:
             KinematicsError: if there are none.
         """
-        linkage, found = self.linkage(values), []
-        for pose in linkage.solve(crank_angle):
-            joints = (pose.crank_pivot, pose.crank_pin, pose.rocker_pin, pose.rocker_pivot)
-            points = np.array([*joints, pose.point_of_coupler_plane(*values[4:6]).position])
-            transmission = degrees_text(pose.transmission_angle)
-            text = f"{pose.branch.value}, transmission angle {transmission}"
-            found.append(Position(float(BRANCHES.index(pose.branch)), points, text))
-        if not found:
+        linkage = self.linkage(values)
+        sweep = linkage.sweep([crank_angle])
+        if not sweep.open.is_reachable.all():
             raise CrankLimitError(crank_angle, linkage.crank_ranges)
+        found = []
+        for key, one in enumerate(BRANCHES):
+            (points,) = four_bar_points(linkage, sweep.branch(one), values[4:6])
+            transmission = degrees_text(float(sweep.branch(one).transmission_angles[0]))
+            text = f"{one.value}, transmission angle {transmission}"
+            found.append(Position(float(key), points, text))
         return tuple(found)
 
     def distance(self, key: float, other: float) -> float:
@@ -352,12 +360,9 @@ class ShownFourBar:
         low, high = _range_around(crank_angle, linkage.crank_ranges)
         angles = np.linspace(low, high, max(2, math.ceil((high - low) / STEP)) + 1)
         sweep = linkage.sweep(angles).branch(one)
-        crank_pivot, rocker_pivot = self.pivots(values)
-        pins, places = sweep.rocker_pins, sweep.point_of_coupler_plane(*values[4:6]).position
-        points = side_by_side(crank_pivot, sweep.crank_pins, pins, rocker_pivot, places)
         # A row on a limit may lie beyond it by rounding.
-        known = np.isfinite(pins).all(axis=1)
-        angles, pins, points = angles[known], pins[known], points[known]
+        known = sweep.is_reachable
+        angles, points = angles[known], four_bar_points(linkage, sweep, values[4:6])[known]
         if angles.size < 2:
             return None
         full = linkage.crank_turns_fully
@@ -372,7 +377,9 @@ class ShownFourBar:
         return Branch(
             Track(angles, np.full(angles.size, key), closed=full),
             points,
-            tuple(Mark(_place_at(angle, angles, pins), kind, angle) for kind, angle in events),
+            tuple(
+                Mark(_place_at(angle, angles, points[:, 2]), kind, angle) for kind, angle in events
+            ),
             _words(linkage),
         )
 
@@ -427,9 +434,9 @@ class ShownFMechanism:
     def __init__(self, mechanism: FMechanism) -> None:
         """Show the ``mechanism`` of a file."""
         linkage = mechanism.linkage
-        self._base = [(pivot.real, pivot.imag) for pivot in linkage.pivots]
-        self._platform = [(joint.real, joint.imag) for joint in linkage.joints]
-        self._counter_rotating = linkage.speeds[1] < 0.0
+        self._base = as_points(np.array(linkage.pivots))
+        self._platform = as_points(np.array(linkage.joints))
+        self._counter_rotating = mechanism.counter_rotating
         self.dimensions: tuple[Dimension, ...] = (
             *(length(f"crank {letter}", r) for letter, r in zip(LETTERS, linkage.cranks)),
             *(length(f"rod {letter}", r) for letter, r in zip(LETTERS, linkage.rods)),
@@ -437,14 +444,13 @@ class ShownFMechanism:
             phase("phase C", mechanism.phase_c),
         )
         angles = np.arange(STARTS) * math.tau / STARTS
-        counts = [len(mechanism.poses(angle)) for angle in angles]
-        self.crank_angle = float(angles[first_largest(counts)])
+        self.crank_angle = float(angles[first_largest(mechanism.poses_batch(angles).counts)])
         self.key = 0.0
 
     def pivots(self, values: Sequence[float]) -> FloatArray:
         """Return the joints that do not move. Shape (3, 2) [m]."""
         del values
-        return np.array(self._base)
+        return self._base
 
     def mechanism(self, values: Sequence[float]) -> FMechanism:
         """Return the mechanism with these dimensions.
@@ -457,13 +463,15 @@ class ShownFMechanism:
 
     def positions(self, values: Sequence[float], crank_angle: float) -> tuple[Position, ...]:
         """Return all positions at a crank angle [rad]; raises as that of ``ShownFourBar``."""
+        mechanism = self.mechanism(values)
+        pivots = mechanism.linkage.pivots
         found = [
             Position(
                 pose.angle,
-                np.array([*self._base, *pose.crank_pins, *pose.platform_joints]),
+                f_mechanism_points(pivots, pose),
                 f"platform at {degrees_text(pose.angle)}",
             )
-            for pose in self.mechanism(values).poses(crank_angle)
+            for pose in mechanism.poses(crank_angle)
         ]
         if not found:
             angle = number_text(crank_angle)
@@ -483,33 +491,12 @@ class ShownFMechanism:
         trace = mechanism.trace(crank_angle, start, end, steps=TURNS * STEPS, through=True)
         if len(trace.crank_angle) < 2:
             return None
-        joints = np.concatenate((trace.crank_pins, trace.platform_joints), axis=1)
-        return Branch(
-            _track(trace),
-            side_by_side(*self._base, *joints.swapaxes(0, 1)),
-            _marks(trace),
-            _turning(trace),
-        )
+        curve = BranchCurve.of(trace)
+        track = Track(curve.crank_angle, np.unwrap(curve.angle), trace.closed)
+        return Branch(track, curve.points, _marks(trace), _turning(trace))
 
 
 Shown = ShownFourBar | ShownFMechanism
-
-
-def _track(trace: FMechanismTrace) -> Track:
-    """Return the way along a branch, its turning points included."""
-    keys, turning = trace.angle, trace.turning_points
-    behind = [event.index for event in turning]
-    turned = [
-        # Of an event, the angle of the platform is not counted on over full turns.
-        before + math.remainder(event.pose.angle - before, math.tau)
-        for event in turning
-        for before in (keys[event.index - 1],)
-    ]
-    return Track(
-        np.insert(trace.crank_angle, behind, [event.crank_angle for event in turning]),
-        np.insert(keys, behind, turned),
-        trace.closed,
-    )
 
 
 def _marks(trace: FMechanismTrace) -> tuple[Mark, ...]:
