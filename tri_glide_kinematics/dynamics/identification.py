@@ -20,7 +20,13 @@ from tri_glide_kinematics.checks import (
     finite_vector,
     non_negative,
 )
-from tri_glide_kinematics.dynamics import batch
+from tri_glide_kinematics.dynamics.equations import (
+    Number,
+    driven,
+    platform_rates,
+    slopes_of,
+    squares_of,
+)
 from tri_glide_kinematics.dynamics.masses import STANDARD_GRAVITY, Arm, Masses
 from tri_glide_kinematics.errors import KinematicsError, NotAChoiceError
 from tri_glide_kinematics.tri_glide import TriGlide
@@ -58,6 +64,9 @@ DEPENDENT = 1e-10
 TINY = 1e-12
 # Counts in such sums, below which they are rounding errors of zero.
 NO_PART = 1e-5
+
+# The numbers of ``Constants`` of a platform of 1 kg on sliders and arms without masses.
+ONE_KILOGRAM = (*(0.0,) * 6, 1.0, *(0.0,) * 6)
 
 
 class NotIdentifiedError(KinematicsError):
@@ -202,18 +211,23 @@ def regressor(
     matrices = np.zeros((*shape, len(names)))
     column = {name: matrices[:, :, k].T for k, name in enumerate(names)}
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        arms = batch.Arms.at(machine, rows, machine.forward_batch(rows))
-        platform = arms.platform_rates(second + arms.squares(rates, arms.platform_rates(rates)))
-        zero = np.zeros(len(rows))
-        weight = [zero - component for component in pull]
-        hung = arms.slider_forces(*weight)
-        column[PLATFORM][:] = moved = arms.slider_forces(*platform)
-        column[PLATFORM][:] += hung
+        places = machine.forward_batch(rows).T
+        slopes = slopes_of(machine.geometry, rows.T, places)
+        squares = squares_of(rows.T, places, rates, platform_rates(slopes, *rates))
+        platform = platform_rates(slopes, *(second + squares))
+
+        def pushing(x: Number, y: Number, z: Number) -> FloatArray:
+            """Return the forces that accelerate a platform of 1 kg, where nothing else has mass."""
+            return np.array(driven(ONE_KILOGRAM, slopes, (0.0, 0.0, 0.0), (x, y, z)))
+
+        hung = pushing(*(-component for component in pull))
+        moved = pushing(*platform)
+        column[PLATFORM][:] = moved + hung
         for i in range(3):
             # A mass that moves with the slider, with and without its weight.
             column[CARRIAGES[i]][i] = second[i] - pull[2]
             column[COUNTERWEIGHTS[i]][i] = second[i] + pull[2]
-            coupled = arms.slider_forces(zero, zero, second[i])
+            coupled = pushing(0.0, 0.0, second[i])
             coupled[i] += platform[2]
             at_slider = np.zeros(rates.shape)
             at_slider[i] = second[i]
