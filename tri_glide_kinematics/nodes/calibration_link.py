@@ -166,7 +166,7 @@ class CalibrationLink(GoalSender):
 
     def _on_machine(self, message: MachineState) -> None:
         view = MachineView(state_of(message), cause_of(message), message.reason, message.stops)
-        self.probes.machine(view, time.monotonic())
+        self.probes.machine(view)
 
     def _on_contact(self, message: Bool, info: dict[str, Any]) -> None:
         self.probes.contact(message.data, delivery_of(info))

@@ -159,7 +159,7 @@ class CalibrationNode(Node):
             return
         heights, delivery = reading.heights, delivery_of(info)
         stamp = self._leading.measured(heights, reading.stamp, delivery)
-        self._link.probes.measured(heights, delivery.now)
+        self._link.probes.measured(heights)
         self._link.swings.measured(heights, stamp, delivery)
 
     async def _answered(self, name: str, answer: Answer, request: Any, response: Any) -> Any:

@@ -47,24 +47,34 @@ def test_a_stamp_by_another_clock_is_none(error, stamp):
     assert leading.measured(HEIGHTS, 7.0 + error, Delivery(7.0, 7.0, 1.0)) == stamp
 
 
-def test_one_leads_until_it_has_ended():
-    leading, ends = Leading(), []
+def looking(leading, seen):
+    while True:
+        seen.append((yield from leading.next_look(1.0)))
+
+
+def test_one_leads_until_it_has_to_end():
+    leading, seen = Leading(), []
     leading.check_free()
     assert not leading.stop()
-    future = begun(leading, leading.lead(steps(1, None), "a dance", ends.append))
+    future = begun(leading, leading.lead(looking(leading, seen), "a dance"))
     with pytest.raises(LeadingError, match="a dance is under way"):
         leading.check_free()
+    leading.look(0.5)
+    leading.fail("somebody else dances")
     assert leading.stop()
-    assert ends == ["stop was asked for"]
     leading.look(1.0)
-    assert future.done()
+    with pytest.raises(LeadingError, match=r"^somebody else dances$"):
+        future.result()
+    assert seen == [0.5]
     leading.check_free()
 
 
-def test_one_that_breaks_leads_no_more():
+def test_one_that_was_held_up_leads_no_more():
     leading = Leading()
-    begun(leading, leading.lead(failing(ZeroDivisionError("x")), "a dance", lambda reason: None))
-    leading.look(1.0)
+    future = begun(leading, leading.lead(looking(leading, []), "a dance"))
+    leading.look(1.5)
+    with pytest.raises(LeadingError, match=r"this node was held up for 1\.5 s"):
+        future.result()
     leading.check_free()
 
 

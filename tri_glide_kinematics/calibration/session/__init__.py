@@ -15,10 +15,7 @@ if TYPE_CHECKING:
         RecordingError as RecordingError,
     )
     from tri_glide_kinematics.calibration.session.probing import BACK_TOLERANCE as BACK_TOLERANCE
-    from tri_glide_kinematics.calibration.session.probing import LONGEST_STOP as LONGEST_STOP
-    from tri_glide_kinematics.calibration.session.probing import Probe as Probe
     from tri_glide_kinematics.calibration.session.probing import ProbeDriver as ProbeDriver
-    from tri_glide_kinematics.calibration.session.probing import ProbePhase as ProbePhase
     from tri_glide_kinematics.calibration.session.probing import ProbeSettings as ProbeSettings
     from tri_glide_kinematics.calibration.session.session import NO_PLACE as NO_PLACE
     from tri_glide_kinematics.calibration.session.session import NOT_SAID as NOT_SAID
@@ -50,8 +47,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.swinging import STOPS as STOPS
     from tri_glide_kinematics.calibration.session.swinging import IkSettings as IkSettings
     from tri_glide_kinematics.calibration.session.swinging import SwingDriver as SwingDriver
-    from tri_glide_kinematics.calibration.session.swinging import SwingPhase as SwingPhase
-    from tri_glide_kinematics.calibration.session.swinging import SwingSearch as SwingSearch
     from tri_glide_kinematics.calibration.session.swinging import SwingSettings as SwingSettings
     from tri_glide_kinematics.calibration.session.swinging import swing_moves as swing_moves
 

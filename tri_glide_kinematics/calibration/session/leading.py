@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
@@ -174,8 +174,8 @@ class Leading:
         self.machine = MachineView()
         self.now = 0.0
         self._courses: list[tuple[Course[Any], Any]] = []
-        # The leader: its name, and the function that ends it.
-        self._leader: tuple[str, Callable[[str], None]] | None = None
+        # Who leads, and why it has to end.
+        self._leader = self._reason = ""
         self._stops_asked = 0
         self._end = ""
 
@@ -232,8 +232,8 @@ class Leading:
         Raises:
             LeadingError: if it is, or will not be any more.
         """
-        if self._leader is not None:
-            raise LeadingError(f"{self._leader[0]} is under way")
+        if self._leader:
+            raise LeadingError(f"{self._leader} is under way")
         if self._end:
             raise LeadingError(self._end)
 
@@ -259,21 +259,38 @@ class Leading:
         if self.machine.state is not IDLE:
             raise LeadingError(str(self.machine))
 
-    def lead(self, course: Course[None], name: str, end: Callable[[str], None]) -> Course[None]:
-        """Lead the machine along a ``course``; a stop calls ``end`` with the reason in words."""
-        self._leader = name, end
+    def lead(self, course: Course[None], name: str) -> Course[None]:
+        """Lead the machine along a ``course``, whose looks are ``next_look``."""
+        self._leader, self._reason = name, ""
         try:
             yield from course
         finally:
-            self._leader = None
+            self._leader = ""
+
+    def next_look(self, longest: float) -> Course[float]:
+        """Wait for the next look of one who leads, and return the time until then [s].
+
+        Raises:
+            LeadingError: if there was a reason to end it, or it took longer than the ``longest``.
+        """
+        before = self.now
+        yield
+        gap = self.now - before
+        if self._reason:
+            raise LeadingError(self._reason)
+        if gap > longest:
+            raise LeadingError(f"this node was held up for {number_text(gap, 3)} s")
+        return gap
+
+    def fail(self, reason: str) -> None:
+        """End what leads the machine; of several reasons in one look, the first counts."""
+        self._reason = self._reason or reason
 
     def stop(self, reason: str = STOP_ASKED) -> bool:
         """End what leads the machine, and what waits for that; tell whether anything led it."""
         self._stops_asked += 1
-        if self._leader is None:
-            return False
-        self._leader[1](reason)
-        return True
+        self.fail(reason)
+        return bool(self._leader)
 
     def end(self, reason: str) -> None:
         """Stop, and lead the machine no more."""
