@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Awaitable, Callable, Generator
 from dataclasses import replace
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -312,7 +313,7 @@ class CalibrationNode(Node):
             self._session_file = None
             return
         if self._session_file is None:
-            self._session_file = new_session_file(self._folder)
+            self._session_file = new_session_file(self._folder, datetime.now())
             self.get_logger().info(f"measurements are kept in {self._session_file}")
         keep_measurements(self._session_file, self._content())
 

@@ -1,5 +1,7 @@
 """The list of measurements as a user makes it."""
 
+from datetime import datetime
+
 import pytest
 from full_disk import full_disk
 
@@ -15,6 +17,7 @@ from tri_glide_kinematics.calibration.session import (
 from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY
 
+NOW = datetime(2026, 11, 29, 9, 30)
 HEIGHTS = (0.4, 0.41, 0.42)
 OTHERS = (0.5, 0.51, 0.52)
 NOMINAL = MachineParameters(DEFAULT_GEOMETRY)
@@ -74,7 +77,7 @@ def test_what_cannot_be_kept_is_not_noted():
 
 
 def test_a_session_is_kept_while_it_is_made_and_gone_on_with(tmp_path):
-    file = new_session_file(tmp_path)
+    file = new_session_file(tmp_path, NOW)
     session = Session(
         Plate("bed", None, (0.0, 0.01)),
         Deviations(1e-5, 5e-5, 6e-5),
@@ -89,7 +92,7 @@ def test_a_session_is_kept_while_it_is_made_and_gone_on_with(tmp_path):
     again.replace((*read.touches, *read.positions, *read.distances))
     assert again.lines() == session.lines()
     # No session takes the file of another.
-    assert new_session_file(tmp_path) != file
+    assert new_session_file(tmp_path, NOW) != file
     assert list(tmp_path.iterdir()) == [file]
     with full_disk(100), pytest.raises(SavingError, match="cannot be written: File too large"):
         session.touch(OTHERS)

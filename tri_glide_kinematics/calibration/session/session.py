@@ -43,9 +43,9 @@ class SavingError(KinematicsError):
     """A file cannot be written."""
 
 
-def new_session_file(folder: Path) -> Path:
-    """Return a name in a folder that no file has yet: that of the session that begins now."""
-    name = f"session_{datetime.now():%Y-%m-%d_%H-%M-%S}"
+def new_session_file(folder: Path, now: datetime) -> Path:
+    """Return a name in a folder that no file has yet: that of the session that begins ``now``."""
+    name = f"session_{now:%Y-%m-%d_%H-%M-%S}"
     files = (folder / f"{name}{f'_{number}' if number else ''}.yaml" for number in count())
     return next(file for file in files if not file.exists())
 
