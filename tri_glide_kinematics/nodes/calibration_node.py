@@ -39,7 +39,6 @@ from tri_glide_kinematics.calibration.fit import (
     save_measurements,
 )
 from tri_glide_kinematics.calibration.session import (
-    Deviations,
     LeadingError,
     ProbeSettings,
     SavingError,
@@ -103,10 +102,7 @@ class CalibrationNode(Node):
         self._folder = folder_of(values)
         # Of the present session; none until it has a measurement.
         self._session_file: Path | None = None
-        deviations = Deviations(
-            values["touch_deviation"], values["position_deviation"], values["distance_deviation"]
-        )
-        self._session = Session(plate_of(values), deviations, self._keep)
+        self._session = Session(plate_of(values), self._keep)
         believed = TrueMachine(TriGlide(present.geometry), present.height_offsets)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
         self._link = CalibrationLink(self, values["base_frame"], believed.position, self._unusable)
@@ -177,32 +173,32 @@ class CalibrationNode(Node):
         return future
 
     async def _record_touch(self, request: Any, response: Any) -> None:
-        deviation = requested(request, "standard_deviation", "touch_deviation")
+        deviation = requested(self._values, request, "standard_deviation", "touch_deviation")
         heights = await self._led(self._leading.resting_heights())
-        response.number = self._session.touch(heights, request.plate, deviation)
+        response.number = self._session.touch(heights, deviation, request.plate)
         response.message = self._session.lines()[-1]
 
     async def _record_position(self, request: Any, response: Any) -> None:
-        deviation = requested(request, "standard_deviation", "position_deviation")
+        deviation = requested(self._values, request, "standard_deviation", "position_deviation")
         place = (request.position.x, request.position.y, request.position.z)
         heights = await self._led(self._leading.resting_heights())
-        response.number = self._session.position(heights, place, request.frame, deviation)
+        response.number = self._session.position(heights, place, deviation, request.frame)
         response.message = self._session.lines()[-1]
 
     async def _record_distance_end(self, request: Any, response: Any) -> None:
-        deviation = requested(request, "standard_deviation", "distance_deviation")
+        deviation = requested(self._values, request, "standard_deviation", "distance_deviation")
         distance = non_negative("distance", request.distance, "m")
         heights = await self._led(self._leading.resting_heights())
         response.number = self._session.distance_end(heights, distance, deviation)
         response.message = self._session.lines()[-1] if response.number else "first end noted"
 
     async def _probe(self, request: Any, response: Any) -> None:
-        deviation = requested(request, "standard_deviation", "touch_deviation")
+        deviation = requested(self._values, request, "standard_deviation", "touch_deviation")
         settings = probe_settings_of(self._values, request)
         result = await self._led(self._link.probes.probe(settings))
         response.heights = result.heights
         response.overrun = result.overrun
-        response.number = self._session.touch(result.heights, request.plate, deviation)
+        response.number = self._session.touch(result.heights, deviation, request.plate)
         response.message = "; ".join(filter(None, (self._session.lines()[-1], result.text)))
 
     def _list(self, _: Any, response: Any) -> Any:
@@ -394,20 +390,19 @@ def probe_settings_of(values: Values, request: ProbePlate.Request) -> ProbeSetti
         KinematicsError: if one is outside the bounds of its parameter.
     """
     return ProbeSettings(
-        requested(request, "speed", "probe_speed") or values["probe_speed"],
-        requested(request, "depth", "probe_depth") or values["probe_depth"],
+        requested(values, request, "speed", "probe_speed"),
+        requested(values, request, "depth", "probe_depth"),
         values["contact_timeout"],
         values["contact_delay"],
     )
 
 
-def requested(request: Any, name: str, parameter: str) -> float:
-    """Return a number of a ``request``; 0 stands for what the node has been told.
+def requested(values: Values, request: Any, name: str, parameter: str) -> float:
+    """Return a number of a ``request``; 0 stands for the ``parameter`` in the ``values``.
 
     Raises:
         KinematicsError: if it is outside the bounds of the ``parameter`` that it takes the place
             of; the text gives it the ``name`` that it has in the request.
     """
-    value: float = getattr(request, name)
     entry = next(one for one in CALIBRATION_NODE if one.name == parameter)
-    return value if value == 0.0 else float(replace(entry, name=name).checked(value))
+    return float(replace(entry, name=name).checked(getattr(request, name) or values[parameter]))

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.probing import ProbeSettings as ProbeSettings
     from tri_glide_kinematics.calibration.session.session import NO_PLACE as NO_PLACE
     from tri_glide_kinematics.calibration.session.session import NOT_SAID as NOT_SAID
-    from tri_glide_kinematics.calibration.session.session import Deviations as Deviations
     from tri_glide_kinematics.calibration.session.session import SavingError as SavingError
     from tri_glide_kinematics.calibration.session.session import Session as Session
     from tri_glide_kinematics.calibration.session.session import (
