@@ -21,7 +21,6 @@ from tri_glide_kinematics.checks import (
     non_negative,
 )
 from tri_glide_kinematics.dynamics.equations import (
-    Number,
     driven,
     platform_rates,
     slopes_of,
@@ -64,9 +63,6 @@ DEPENDENT = 1e-10
 TINY = 1e-12
 # Counts in such sums, below which they are rounding errors of zero.
 NO_PART = 1e-5
-
-# The numbers of ``Constants`` of a platform of 1 kg on sliders and arms without masses.
-ONE_KILOGRAM = (*(0.0,) * 6, 1.0, *(0.0,) * 6)
 
 
 class NotIdentifiedError(KinematicsError):
@@ -206,42 +202,33 @@ def regressor(
     shape = (len(rows), 3)
     rates = finite_array("velocities", velocities, shape).T
     second = finite_array("accelerations", accelerations, shape).T
-    pull = finite_vector("gravity", gravity, 3)
+    pull = np.array(finite_vector("gravity", gravity, 3))
     names = UNIFORM_ARMS if uniform_arms else ANY_ARMS
+    # Forces are linear in the numbers of ``Constants``, and these in the parameters.
+    none = np.zeros(3)
+    parts = {PLATFORM: (none, none, 1.0, none, pull)}
+    for i, unit in enumerate(np.eye(3)):
+        weight = pull[2] * unit
+        parts[CARRIAGES[i]] = unit, none, 0.0, weight, none
+        parts[COUNTERWEIGHTS[i]] = unit, none, 0.0, -weight, none
+        parts[ARM_MASSES[i]] = unit, none, 0.0, weight, none
+        if uniform_arms:
+            parts[ARM_MASSES[i]] = unit / 3.0, unit / 6.0, 1.0 / 3.0, weight / 2.0, pull / 2.0
+        parts[ARM_MOMENTS[i]] = -2.0 * unit, unit, 0.0, -weight, pull
+        parts[ARM_INERTIAS[i]] = unit, -unit, 1.0, none, none
     matrices = np.zeros((*shape, len(names)))
-    column = {name: matrices[:, :, k].T for k, name in enumerate(names)}
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         places = machine.forward_batch(rows).T
         slopes = slopes_of(machine.geometry, rows.T, places)
         squares = squares_of(rows.T, places, rates, platform_rates(slopes, *rates))
         platform = platform_rates(slopes, *(second + squares))
-
-        def pushing(x: Number, y: Number, z: Number) -> FloatArray:
-            """Return the forces that accelerate a platform of 1 kg, where nothing else has mass."""
-            return np.array(driven(ONE_KILOGRAM, slopes, (0.0, 0.0, 0.0), (x, y, z)))
-
-        hung = pushing(*(-component for component in pull))
-        moved = pushing(*platform)
-        column[PLATFORM][:] = moved + hung
+        for k, name in enumerate(names):
+            if name in parts:
+                numbers = np.hstack(parts[name]).tolist()
+                matrices[:, :, k] = np.transpose(driven(numbers, slopes, second, platform))
         for i in range(3):
-            # A mass that moves with the slider, with and without its weight.
-            column[CARRIAGES[i]][i] = second[i] - pull[2]
-            column[COUNTERWEIGHTS[i]][i] = second[i] + pull[2]
-            coupled = pushing(0.0, 0.0, second[i])
-            coupled[i] += platform[2]
-            at_slider = np.zeros(rates.shape)
-            at_slider[i] = second[i]
-            mass = column[CARRIAGES[i]]
-            moment = coupled - at_slider - mass + hung
-            inertia = moved + at_slider - coupled
-            if uniform_arms:
-                column[ARM_MASSES[i]][:] = mass + moment / 2.0 + inertia / 3.0
-            else:
-                column[ARM_MASSES[i]][:] = mass
-                column[ARM_MOMENTS[i]][:] = moment
-                column[ARM_INERTIAS[i]][:] = inertia
-            column[COULOMB[i]][i] = np.sign(rates[i])
-            column[VISCOUS[i]][i] = rates[i]
+            matrices[:, i, names.index(COULOMB[i])] = np.sign(rates[i])
+            matrices[:, i, names.index(VISCOUS[i])] = rates[i]
     return matrices
 
 
