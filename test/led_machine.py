@@ -14,8 +14,6 @@ from tri_glide_kinematics.calibration.session import (
     IkSettings,
     Leading,
     MachineView,
-    ProbeDriver,
-    SwingDriver,
 )
 from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.errors import KinematicsError
@@ -88,12 +86,10 @@ class LedMachine(Rig):
         self._noise = random.Random(1)
         super().__init__(start=MACHINE.inverse(start), kind=MotionKind.LINEAR)
         self.leading = Leading()
-        believed = TrueMachine(MACHINE, offsets)
-        self.probes = ProbeDriver(self.leading, self, believed.position)
-        self.swings = SwingDriver(self.leading, self)
+        self.believed = TrueMachine(MACHINE, offsets)
         self.pass_time(0.5)
 
-    # What the drivers ask for
+    # What those who lead it ask for
 
     def jog(self, upwards):
         self.twists.append((self.now, upwards))
@@ -140,7 +136,7 @@ class LedMachine(Rig):
     def send_pose(self, position):
         """Be told by somebody else to go elsewhere."""
         self.controller.move_to(position)
-        self.probes.target_pose()
+        self.leading.leader.target_pose()
 
     def look(self):
         for _ in range(CYCLES):
@@ -188,7 +184,7 @@ class LedMachine(Rig):
     def tell_state(self, state, *, more_stops=0):
         """Let calibration hear a state that the controller has not told."""
         stops = self.leading.machine.stops + more_stops
-        self.probes.machine(MachineView(state, Cause.COMMAND, "as told", stops))
+        self.leading.told(MachineView(state, Cause.COMMAND, "as told", stops))
 
     def begin(self, course):
         future = Future()
@@ -228,9 +224,7 @@ class LedMachine(Rig):
         if self.measures and self.tells_heights:
             stamp = delivery.sent + self.stamp_error
             heights = self.seen or self.measured
-            stamp = self.leading.measured(heights, stamp, delivery)
-            self.probes.measured(heights)
-            self.swings.measured(heights, stamp, delivery)
+            self.leading.measured(heights, stamp, delivery)
         self._tell_contact(delivery)
         if not self.is_alive:
             return
@@ -238,16 +232,16 @@ class LedMachine(Rig):
         if self.listens is None:
             return
         if self.tells_setpoints:
-            self.swings.setpoints(setpoint, delivery)
+            self.leading.leader.setpoints(setpoint, delivery)
         if self.feels:
             x, y, z = (each + self._noise.gauss(0.0, NOISE) for each in felt.acceleration)
             values = (x, y, z + GRAVITY) if self.measures_acceleration else None
-            self.swings.sample(values, self.stamp_of(delivery.sent), delivery)
+            self.leading.leader.sample(values, self.stamp_of(delivery.sent), delivery)
 
     def _tell_contact(self, delivery):
         is_touched, age = self.plate.is_touched(self.place), self._contact[1] + 1
         if self.has_switch and (is_touched != self._contact[0] or age >= CONTACT_PERIOD):
-            self.probes.contact(is_touched, delivery)
+            self.leading.contact(is_touched, delivery)
             age = 0
         self._contact = is_touched, age
 
@@ -257,4 +251,4 @@ class LedMachine(Rig):
         view = MachineView(status.state, status.reason.cause, text, status.stops + 7)
         if view != self._told:
             self._told = view
-            self.probes.machine(view)
+            self.leading.told(view)

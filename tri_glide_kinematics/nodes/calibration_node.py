@@ -46,7 +46,9 @@ from tri_glide_kinematics.calibration.session import (
     SwingSettings,
     keep_measurements,
     new_session_file,
+    probe,
     save_parameters,
+    swing_search,
 )
 from tri_glide_kinematics.checks import non_negative
 from tri_glide_kinematics.errors import KinematicsError
@@ -103,9 +105,9 @@ class CalibrationNode(Node):
         # Of the present session; none until it has a measurement.
         self._session_file: Path | None = None
         self._session = Session(plate_of(values), self._keep)
-        believed = TrueMachine(TriGlide(present.geometry), present.height_offsets)
+        self._believed = TrueMachine(TriGlide(present.geometry), present.height_offsets)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
-        self._link = CalibrationLink(self, values["base_frame"], believed.position, self._unusable)
+        self._link = CalibrationLink(self, values["base_frame"], self._unusable)
         self._leading = self._link.leading
         self._searches = 0
         self._search_ended = -math.inf
@@ -154,10 +156,7 @@ class CalibrationNode(Node):
             return
         if reading is None:
             return
-        heights, delivery = reading.heights, delivery_of(info)
-        stamp = self._leading.measured(heights, reading.stamp, delivery)
-        self._link.probes.measured(heights)
-        self._link.swings.measured(heights, stamp, delivery)
+        self._leading.measured(reading.heights, reading.stamp, delivery_of(info))
 
     async def _answered(self, name: str, answer: Answer, request: Any, response: Any) -> Any:
         """Return the response; while it waits for the machine, the node does all else."""
@@ -195,7 +194,8 @@ class CalibrationNode(Node):
     async def _probe(self, request: Any, response: Any) -> None:
         deviation = requested(self._values, request, "standard_deviation", "touch_deviation")
         settings = probe_settings_of(self._values, request)
-        result = await self._led(self._link.probes.probe(settings))
+        place_of = self._believed.position
+        result = await self._led(probe(self._leading, self._link, place_of, settings))
         response.heights = result.heights
         response.overrun = result.overrun
         response.number = self._session.touch(result.heights, deviation, request.plate)
@@ -276,7 +276,7 @@ class CalibrationNode(Node):
         files = [file_in(self._folder, f"{name}_{place + 1}.csv") for place in range(count) if name]
         is_by_heights = request.source == FindModes.Request.MEASURED_HEIGHTS
         names = self._values["joint_names"] if is_by_heights else None
-        search = await self._led(self._link.swings.search(settings, names))
+        search = await self._led(swing_search(self._leading, self._link, settings, names))
         for number, (file, recording) in enumerate(zip(files, search.recordings), 1):
             save_recording(file, recording, f"swing {number} of {count}")
         if search.failure is not None:

@@ -4,7 +4,7 @@ from concurrent.futures import Future
 
 import pytest
 
-from tri_glide_kinematics.calibration.session import Delivery, Leading, LeadingError
+from tri_glide_kinematics.calibration.session import Delivery, Leader, Leading, LeadingError
 
 HEIGHTS = (0.6, 0.61, 0.62)
 
@@ -44,7 +44,10 @@ def test_courses_go_on_side_by_side_and_one_that_fails_holds_up_nobody():
 @pytest.mark.parametrize(("error", "stamp"), [(0.05, 7.05), (-0.2, 7.0), (1e9, 7.0)])
 def test_a_stamp_by_another_clock_is_none(error, stamp):
     leading = Leading()
-    assert leading.measured(HEIGHTS, 7.0 + error, Delivery(7.0, 7.0, 1.0)) == stamp
+    for late in (-1.0, 0.0, 1.0):
+        sent = Delivery(7.0 + late, 7.0 + late, 7.0 + late)
+        leading.measured((late, 0.0, 0.0), 7.0 + late + error, sent)
+    assert leading.record.at(stamp)[0] == pytest.approx(0.0, abs=1e-9)
 
 
 def looking(leading, seen):
@@ -56,7 +59,7 @@ def test_one_leads_until_it_has_to_end():
     leading, seen = Leading(), []
     leading.check_free()
     assert not leading.stop()
-    future = begun(leading, leading.lead(looking(leading, seen), "a dance"))
+    future = begun(leading, leading.lead(Leader(), looking(leading, seen), "a dance"))
     with pytest.raises(LeadingError, match="a dance is under way"):
         leading.check_free()
     leading.look(0.5)
@@ -71,7 +74,7 @@ def test_one_leads_until_it_has_to_end():
 
 def test_one_that_was_held_up_leads_no_more():
     leading = Leading()
-    future = begun(leading, leading.lead(looking(leading, []), "a dance"))
+    future = begun(leading, leading.lead(Leader(), looking(leading, []), "a dance"))
     leading.look(1.5)
     with pytest.raises(LeadingError, match=r"this node was held up for 1\.5 s"):
         future.result()

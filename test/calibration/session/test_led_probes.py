@@ -7,7 +7,7 @@ import pytest
 from controller_rig import MACHINE
 from led_machine import CYCLES, PERIOD, WALL, LedMachine
 
-from tri_glide_kinematics.calibration.session import BACK_TOLERANCE, Delivery, ProbeSettings
+from tri_glide_kinematics.calibration.session import BACK_TOLERANCE, Delivery, ProbeSettings, probe
 from tri_glide_kinematics.control import (
     DISABLED,
     FAULT,
@@ -36,7 +36,7 @@ def machine():
 
 
 def begin(machine, settings=SETTINGS):
-    return machine.begin(machine.probes.probe(settings))
+    return machine.begin(probe(machine.leading, machine, machine.believed.position, settings))
 
 
 def on_its_way_down(machine, settings=SETTINGS):
@@ -111,7 +111,7 @@ def test_heights_by_another_clock_have_the_time_at_which_they_were_sent(machine)
 def test_a_contact_by_another_clock_counts_for_nothing(machine):
     machine.has_switch = False
     future = on_its_way_down(machine)
-    machine.probes.contact(True, Delivery(0.0, WALL + machine.now, machine.now))
+    machine.leading.contact(True, Delivery(0.0, WALL + machine.now, machine.now))
     assert machine.failure_of(future).startswith("no measured heights from before and after the")
     assert machine.place == pytest.approx(ABOVE, abs=2.0 * BACK_TOLERANCE)
 

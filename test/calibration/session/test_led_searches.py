@@ -8,7 +8,7 @@ import pytest
 from led_machine import WALL, LedMachine
 
 from tri_glide_kinematics.calibration.ringdown import Quantity, combine_modes, find_modes
-from tri_glide_kinematics.calibration.session import Delivery, SwingSettings
+from tri_glide_kinematics.calibration.session import Delivery, SwingSettings, swing_search
 from tri_glide_kinematics.control import DISABLED, IDLE, MOVING, WAS_STOPPED
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.simulation import PlatformMode
@@ -31,7 +31,7 @@ def machine():
 
 
 def begin(machine, settings=ALONG_X, names=None):
-    return machine.begin(machine.swings.search(settings, names))
+    return machine.begin(swing_search(machine.leading, machine, settings, names))
 
 
 def between_two_moves(machine, settings=ALONG_X):
@@ -132,12 +132,6 @@ def test_parameters_that_do_not_come_are_told(machine):
     assert machine.now - begun == pytest.approx(5.0, abs=0.01)
     machine.answer_time = 0.0
     assert machine.result_of(begin(machine)).failure is None
-
-
-def test_one_search_at_a_time_asks_for_parameters(machine):
-    first, second = begin(machine), begin(machine)
-    assert machine.failure_of(second) == "another search for modes is about to begin"
-    assert machine.result_of(first).failure is None
 
 
 def test_one_that_comes_while_another_waits_for_rest_is_refused_once_that_leads(machine):
@@ -276,7 +270,9 @@ def test_samples_that_are_missing_now_and_then_end_nothing(machine):
         machine.feels = index % 10 != 0
         machine.look()
     sent = machine.now + WALL
-    machine.swings.sample((math.nan, 0.0, 0.0), sent + 1e-4, Delivery(sent, sent, machine.now))
+    machine.leading.leader.sample(
+        (math.nan, 0.0, 0.0), sent + 1e-4, Delivery(sent, sent, machine.now)
+    )
     assert machine.result_of(future).failure is None
 
 
@@ -308,7 +304,7 @@ def test_setpoints_that_end_are_told(machine):
     future = between_two_moves(machine)
     machine.tells_setpoints = False
     sent = machine.now + WALL
-    machine.swings.setpoints(None, Delivery(sent, sent, machine.now))
+    machine.leading.leader.setpoints(None, Delivery(sent, sent, machine.now))
     assert machine.result_of(future).failure == "ik_node leads the machine no more"
 
 

@@ -14,6 +14,7 @@ from typing import Protocol
 from tri_glide_kinematics.calibration.session.leading import (
     Course,
     Delivery,
+    Leader,
     Leading,
     LeadingError,
     MachineView,
@@ -95,7 +96,7 @@ class JoggedMachine(Protocol):
         """Let it move upwards with this speed [m/s], for a moment."""
 
 
-class Probe:
+class Probe(Leader):
     """One probe, from the first step down until the platform rests again.
 
     Attributes:
@@ -106,23 +107,21 @@ class Probe:
     """
 
     def __init__(
-        self, leading: Leading, machine: JoggedMachine, settings: ProbeSettings, start: Vector3
+        self,
+        leading: Leading,
+        jogged: JoggedMachine,
+        place_of: Callable[[Vector3], Vector3],
+        settings: ProbeSettings,
+        heights: Vector3,
     ) -> None:
-        """Begin at rest.
-
-        Args:
-            leading: that lets it lead.
-            machine: that takes twists.
-            settings: how to probe.
-            start: where the platform is. Shape (3,) [m].
-        """
+        """Begin at rest at reported ``heights`` [m]; the others are as for ``probe``."""
         self.contact_stamp: float | None = None
         self.heights: Vector3 | None = None
         self.failures: list[str] = []
-        self.lowest = start[2]
-        self._leading, self._machine = leading, machine
+        self._leading, self._jogged, self._place_of = leading, jogged, place_of
         self._settings = settings
-        self._start = start
+        self._start = start = place_of(heights)
+        self.lowest = start[2]
         self._heard = self._measured = leading.now
         self._height = self._highest = start[2]
         # Which way it moves: 1 upwards, -1 downwards, 0 where it is to rest.
@@ -131,21 +130,25 @@ class Probe:
         self._stops = leading.machine.stops
         self._sent, self._due = math.nan, 0.0
 
-    def contact(self, is_touched: bool, sent: float) -> None:
-        """Take in what the switch says, sent when by the clock of the machine [s]."""
+    def contact(self, is_touched: bool, delivery: Delivery) -> None:
+        """Take in what the switch says."""
         self._heard = self._leading.now
         if is_touched and self._way < 0:
             # A contact has no time of its own: that at which it was sent comes nearest.
-            self.contact_stamp = sent - self._settings.contact_delay
+            self.contact_stamp = delivery.sent - self._settings.contact_delay
             self._way = 0
         elif self._way > 0:
             is_off = self._is_open and self._height > self.lowest + CHATTER
             self._has_closed |= is_touched and is_off
             self._is_open = not is_touched
 
-    def measured(self, position: Vector3) -> None:
-        """Take in where the platform is measured to be [m]."""
-        (x, y, z), (x0, y0, z0) = position, self._start
+    def measured(self, heights: Vector3, stamp: float, delivery: Delivery) -> None:
+        """Take in reported heights [m]; some that have no place are no progress."""
+        try:
+            x, y, z = self._place_of(heights)
+        except KinematicsError:
+            return
+        x0, y0, z0 = self._start
         self._measured, self._height = self._leading.now, z
         self.lowest, self._highest = min(self.lowest, z), max(self._highest, z)
         if self.contact_stamp is not None and self.heights is None:
@@ -173,6 +176,10 @@ class Probe:
         # The state tells nothing of a stop while nothing moved.
         if view.stops != self._stops:
             self._leading.fail(WAS_STOPPED)
+
+    def target_pose(self) -> None:
+        """Notice a command that our next twist takes the place of before it makes a state."""
+        self._leading.fail("another node sends a target pose")
 
     def led(self) -> Course[None]:
         """Move down until a contact, come to rest, move back, and come to rest."""
@@ -240,7 +247,7 @@ class Probe:
         """Have the platform move upwards with a ``speed`` [m/s] until the next look."""
         leading = self._leading
         if speed != self._sent or leading.now >= self._due:
-            self._machine.jog(speed)
+            self._jogged.jog(speed)
             self._sent, self._due = speed, leading.now + TWIST_PERIOD
         timeout = self._settings.contact_timeout or LONGEST_SILENCE
         gap = yield from leading.next_look(max(min(LONGEST_SILENCE, timeout), LONGEST_LOOK))
@@ -257,90 +264,49 @@ class Probe:
         self._way = 0
 
 
-class ProbeDriver:
-    """Makes one probe at a time, as what comes in from the machine lets it."""
+def probe(
+    leading: Leading,
+    machine: JoggedMachine,
+    place_of: Callable[[Vector3], Vector3],
+    settings: ProbeSettings,
+) -> Course[ProbeResult]:
+    """Probe from where the sliders rest, and come back.
 
-    def __init__(
-        self, leading: Leading, machine: JoggedMachine, place_of: Callable[[Vector3], Vector3]
-    ) -> None:
-        """Be ready.
+    Args:
+        leading: that lets it lead.
+        machine: that takes twists.
+        place_of: tells where the platform is at reported heights, and may raise a KinematicsError.
+        settings: how to probe.
 
-        Args:
-            leading: that lets it lead.
-            machine: that takes twists.
-            place_of: tells where the platform is at reported heights, and may raise a
-                KinematicsError.
-        """
-        self._leading = leading
-        self._machine = machine
-        self._place_of = place_of
-        self._probe: Probe | None = None
-        self._is_touched: bool | None = None
-        self._heard = 0.0
-
-    def probe(self, settings: ProbeSettings) -> Course[ProbeResult]:
-        """Probe from where the sliders rest, and come back.
-
-        Raises:
-            LeadingError: if that is not possible now, or there was no contact that counts.
-            KinematicsError: if the measured heights do not rest, or are those of no place.
-        """
-        leading = self._leading
-        stops = leading.stops
-        heights = yield from leading.resting_heights()
-        leading.check_not_stopped(stops)
-        silence = leading.now - self._heard
-        if self._is_touched is None:
-            raise LeadingError("no message has come on the topic contact yet")
-        if 0.0 < settings.contact_timeout < silence:
-            raise LeadingError(f"contact is silent for {silence:.3g} s")
-        if self._is_touched:
-            raise LeadingError("the contact is closed already: move the platform up first")
-        if not self._machine.is_there:
-            raise LeadingError("there is no ik_node that could move the platform")
-        leading.check_idle()
-        self._probe = probe = Probe(leading, self._machine, settings, self._place_of(heights))
+    Raises:
+        LeadingError: if that is not possible now, or there was no contact that counts.
+        KinematicsError: if the measured heights do not rest, or are those of no place.
+    """
+    stops = leading.stops
+    heights = yield from leading.resting_heights()
+    leading.check_not_stopped(stops)
+    silence = leading.now - leading.switch_heard
+    if leading.is_touched is None:
+        raise LeadingError("no message has come on the topic contact yet")
+    if 0.0 < settings.contact_timeout < silence:
+        raise LeadingError(f"contact is silent for {silence:.3g} s")
+    if leading.is_touched:
+        raise LeadingError("the contact is closed already: move the platform up first")
+    if not machine.is_there:
+        raise LeadingError("there is no ik_node that could move the platform")
+    leading.check_idle()
+    made = Probe(leading, machine, place_of, settings, heights)
+    yield from leading.lead(made, made.led(), "a probe")
+    touched, overrun, texts = made.heights, 0.0, [*made.failures]
+    if made.contact_stamp is not None:
         try:
-            yield from leading.lead(probe.led(), "a probe")
-        finally:
-            self._probe = None
-        return self._result(probe)
-
-    def contact(self, is_touched: bool, delivery: Delivery) -> None:
-        """Take in what the switch says."""
-        self._is_touched, self._heard = is_touched, delivery.now
-        if self._probe is not None:
-            self._probe.contact(is_touched, delivery.sent)
-
-    def measured(self, heights: Vector3) -> None:
-        """Take in reported heights [m]."""
-        if self._probe is not None:
-            # Heights that have no place are no progress: the probe finds that out by itself.
-            with suppress(KinematicsError):
-                self._probe.measured(self._place_of(heights))
-
-    def machine(self, view: MachineView) -> None:
-        """Take in what ik_node tells of itself."""
-        self._leading.machine = view
-        if self._probe is not None:
-            self._probe.machine(view)
-
-    def target_pose(self) -> None:
-        """Notice a command that our next twist takes the place of before it makes a state."""
-        if self._probe is not None:
-            self._leading.fail("another node sends a target pose")
-
-    def _result(self, probe: Probe) -> ProbeResult:
-        heights, overrun, texts = probe.heights, 0.0, [*probe.failures]
-        if probe.contact_stamp is not None:
-            try:
-                heights = heights or self._leading.record.at(probe.contact_stamp)
-                overrun = self._place_of(heights)[2] - probe.lowest
-            except KinematicsError as error:
-                texts.append(str(error))
-        if self._is_touched and not probe.failures:
-            texts.append("the contact does not open again")
-        text = "; ".join(texts)
-        if heights is None:
-            raise LeadingError(text)
-        return ProbeResult(heights, overrun, text)
+            touched = touched or leading.record.at(made.contact_stamp)
+            overrun = place_of(touched)[2] - made.lowest
+        except KinematicsError as error:
+            texts.append(str(error))
+    if leading.is_touched and not made.failures:
+        texts.append("the contact does not open again")
+    text = "; ".join(texts)
+    if touched is None:
+        raise LeadingError(text)
+    return ProbeResult(touched, overrun, text)

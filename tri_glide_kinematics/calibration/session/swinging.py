@@ -16,6 +16,7 @@ from tri_glide_kinematics.calibration.ringdown import Quantity, Recording
 from tri_glide_kinematics.calibration.session.leading import (
     Course,
     Delivery,
+    Leader,
     Leading,
     LeadingError,
 )
@@ -202,7 +203,7 @@ class SwungMachine(Protocol):
         """Listen no more."""
 
 
-class SwingSearch:
+class SwingSearch(Leader):
     """All moves, one after the other, each with the recording of the swing behind it.
 
     Attributes:
@@ -213,7 +214,7 @@ class SwingSearch:
     def __init__(
         self,
         leading: Leading,
-        machine: SwungMachine,
+        swung: SwungMachine,
         moves: Sequence[SwingMove],
         duration: float,
         sensor: tuple[str, Quantity, tuple[str, ...]],
@@ -222,14 +223,14 @@ class SwingSearch:
 
         Args:
             leading: that lets it lead.
-            machine: that takes goals.
+            swung: that takes goals.
             moves: to be made.
             duration: of each recording [s].
             sensor: topic, quantity, and names of the axes.
         """
         self.recordings: list[Recording] = []
         self.failure: str | None = None
-        self._leading, self._machine = leading, machine
+        self._leading, self._swung = leading, swung
         self._moves = moves
         self._duration = duration
         self._topic, self._quantity, self._names = sensor
@@ -244,16 +245,23 @@ class SwingSearch:
 
     def setpoints(self, state: SliderState | None, delivery: Delivery) -> None:
         """Take in where ik_node commands the sliders to be; None if it does not lead them."""
-        self._state, self._sent, self._told = state, delivery.sent, delivery.now
+        if self._is_timely(delivery):
+            self._state, self._sent, self._told = state, delivery.sent, delivery.now
 
-    def sample(self, values: Vector3, stamp: float, delivery: Delivery) -> None:
-        """Take in a sample; one that is not finite, or not later than the one before, is missing.
+    def measured(self, heights: Vector3, stamp: float, delivery: Delivery) -> None:
+        """Take in reported heights [m], if they are what is recorded."""
+        if self._quantity is Quantity.POSITION and self._is_timely(delivery):
+            self._keep(heights, stamp, delivery)
 
-        Args:
-            values: of the axes. Shape (3,) [m or m/s^2].
-            stamp: when it was measured [s].
-            delivery: of the message.
-        """
+    def sample(self, values: Vector3 | None, stamp: float, delivery: Delivery) -> None:
+        """Take in what an accelerometer tells [m/s^2]; None if it measures no such thing."""
+        if values is None:
+            self._leading.fail(f"the sensor on {ACCELEROMETER} measures no accelerations")
+        elif stamp > 0.0 and self._is_timely(delivery):
+            self._keep(values, stamp, delivery)
+
+    def _keep(self, values: Vector3, stamp: float, delivery: Delivery) -> None:
+        """Keep a sample; one that is not finite, or not later than the one before, is missing."""
         if not stamp > self._stamp or not all(map(math.isfinite, values)):
             return
         self._stamp, self._heard = stamp, delivery.now
@@ -262,19 +270,29 @@ class SwingSearch:
             self._samples.append((stamp, values))
         self._is_recorded_whole |= delivery.sent > self._begin + self._duration
 
+    def _is_timely(self, delivery: Delivery) -> bool:
+        """Tell whether the sender's clock is ours; one that is not ends the search."""
+        delay = delivery.received - delivery.sent
+        if abs(delay) > LARGEST_DELAY:
+            self._leading.fail(
+                f"a message came {number_text(delay, 3)} s after it was sent, at most "
+                f"{LARGEST_DELAY:g} s can be: are the clocks of the computers set alike?"
+            )
+        return abs(delay) <= LARGEST_DELAY
+
     def led(self) -> Course[None]:
         """Send one goal after the other, until nothing moves for the search any more."""
         try:
             yield from self._listened()
             for move in self._moves:
-                yield from self._swung(move)
+                yield from self._made(move)
         except LeadingError as error:
             self.failure = str(error)
         if self._goal is not None and self._goal.result is None:
             self._goal.cancel()
             end = self._leading.now + LONGEST_END
             # One that is gone tells nothing more.
-            while self._goal.result is None and self._machine.is_ready and self._leading.now <= end:
+            while self._goal.result is None and self._swung.is_ready and self._leading.now <= end:
                 yield
 
     def _listened(self) -> Course[None]:
@@ -292,11 +310,11 @@ class SwingSearch:
                 )
             yield from self._look()
 
-    def _swung(self, move: SwingMove) -> Course[None]:
+    def _made(self, move: SwingMove) -> Course[None]:
         """Make a ``move``, and record the swing behind it."""
         leading = self._leading
         self._begin, self._is_recorded_whole = math.inf, False
-        self._goal = goal = self._machine.move_to(move.target, kind="linear")
+        self._goal = goal = self._swung.move_to(move.target, kind="linear")
         begun, ended = leading.now, math.inf
         while not (self._is_recorded_whole and ended <= leading.now):
             yield from self._look()
@@ -362,103 +380,52 @@ class SwingSearch:
             raise LeadingError(WAS_STOPPED)
 
 
-class SwingDriver:
-    """Makes one search at a time, as what comes in from the machine lets it."""
+def swing_search(
+    leading: Leading,
+    machine: SwungMachine,
+    settings: SwingSettings,
+    slider_names: Sequence[str] | None,
+) -> Course[SwingSearch]:
+    """Make all moves, and record the swing behind each; the search tells what failed.
 
-    def __init__(self, leading: Leading, machine: SwungMachine) -> None:
-        """Be ready to send goals to a ``machine`` when ``leading`` lets it."""
-        self._leading = leading
-        self._machine = machine
-        self._search: SwingSearch | None = None
-        self._is_by_heights = False
-        self._is_asking = False
+    Args:
+        leading: that lets it lead.
+        machine: that takes goals.
+        settings: which moves.
+        slider_names: to record measured heights; None for what an accelerometer tells.
 
-    def search(
-        self, settings: SwingSettings, slider_names: Sequence[str] | None
-    ) -> Course[SwingSearch]:
-        """Make all moves, and record the swing behind each; the search tells what failed.
-
-        With ``slider_names`` measured heights are recorded, else what an accelerometer tells.
-
-        Raises:
-            KinematicsError: if it is not possible to begin.
-        """
-        leading, machine = self._leading, self._machine
-        stops = leading.stops
-        workspace, offsets, shaper = yield from self._settings()
-        if shaper is not None:
-            raise LeadingError(
-                f"ik_node has the shaper {shaper}, which takes away the swing that is to be "
-                "measured: set its parameter shaper to none first"
-            )
-        believed = TrueMachine(workspace.machine, offsets)
-        start = believed.position((yield from leading.resting_heights()))
-        leading.check_not_stopped(stops)
-        moves = swing_moves(workspace, start, settings)
-        self._check_machine()
-        self._is_by_heights = slider_names is not None
-        quantity = Quantity.POSITION if self._is_by_heights else Quantity.ACCELERATION
-        sensor = machine.listen(self._is_by_heights), quantity, tuple(slider_names or "xyz")
-        self._search = search = SwingSearch(leading, machine, moves, settings.duration, sensor)
-        try:
-            yield from leading.lead(search.led(), "a search for modes")
-        finally:
-            self._search = None
-            machine.let_go()
-        return search
-
-    def measured(self, heights: Vector3, stamp: float, delivery: Delivery) -> None:
-        """Take in reported heights [m] with their stamp [s]."""
-        search = self._timely(delivery) if self._is_by_heights else None
-        if search is not None:
-            search.sample(heights, stamp, delivery)
-
-    def sample(self, values: Vector3 | None, stamp: float, delivery: Delivery) -> None:
-        """Take in what an accelerometer tells [m/s^2]; None if it measures no such thing."""
-        search = self._timely(delivery)
-        if search is None:
-            return
-        if values is None:
-            self._leading.fail(f"the sensor on {ACCELEROMETER} measures no accelerations")
-        elif stamp > 0.0:
-            search.sample(values, stamp, delivery)
-
-    def setpoints(self, state: SliderState | None, delivery: Delivery) -> None:
-        """Take in where ik_node commands the sliders to be, as ``SwingSearch`` does."""
-        search = self._timely(delivery)
-        if search is not None:
-            search.setpoints(state, delivery)
-
-    def _settings(self) -> Course[IkSettings]:
-        """Return what ik_node tells of its parameters."""
-        self._check_machine()
-        if self._is_asking:
-            raise LeadingError("another search for modes is about to begin")
-        self._is_asking = True
-        try:
-            told, end = self._machine.ask(), self._leading.now + LONGEST_ANSWER
-            while (settings := told()) is None:
-                if self._leading.now > end:
-                    raise LeadingError(
-                        f"ik_node has not told its parameters in {LONGEST_ANSWER:g} s"
-                    )
-                yield
-            return settings
-        finally:
-            self._is_asking = False
-
-    def _check_machine(self) -> None:
-        if not self._machine.is_ready:
-            raise LeadingError(f"there is no {self._machine.server} that could move the platform")
-        self._leading.check_idle()
-
-    def _timely(self, delivery: Delivery) -> SwingSearch | None:
-        """Return the search, if there is one; a sender that has another clock ends it."""
-        search, delay = self._search, delivery.received - delivery.sent
-        if search is None or abs(delay) <= LARGEST_DELAY:
-            return search
-        self._leading.fail(
-            f"a message came {number_text(delay, 3)} s after it was sent, at most "
-            f"{LARGEST_DELAY:g} s can be: are the clocks of the computers set alike?"
+    Raises:
+        KinematicsError: if it is not possible to begin.
+    """
+    stops = leading.stops
+    _check_machine(leading, machine)
+    told, end = machine.ask(), leading.now + LONGEST_ANSWER
+    while (asked := told()) is None:
+        if leading.now > end:
+            raise LeadingError(f"ik_node has not told its parameters in {LONGEST_ANSWER:g} s")
+        yield
+    workspace, offsets, shaper = asked
+    if shaper is not None:
+        raise LeadingError(
+            f"ik_node has the shaper {shaper}, which takes away the swing that is to be "
+            "measured: set its parameter shaper to none first"
         )
-        return None
+    believed = TrueMachine(workspace.machine, offsets)
+    start = believed.position((yield from leading.resting_heights()))
+    leading.check_not_stopped(stops)
+    moves = swing_moves(workspace, start, settings)
+    _check_machine(leading, machine)
+    quantity = Quantity.ACCELERATION if slider_names is None else Quantity.POSITION
+    sensor = machine.listen(slider_names is not None), quantity, tuple(slider_names or "xyz")
+    search = SwingSearch(leading, machine, moves, settings.duration, sensor)
+    try:
+        yield from leading.lead(search, search.led(), "a search for modes")
+    finally:
+        machine.let_go()
+    return search
+
+
+def _check_machine(leading: Leading, machine: SwungMachine) -> None:
+    if not machine.is_ready:
+        raise LeadingError(f"there is no {machine.server} that could move the platform")
+    leading.check_idle()
