@@ -132,7 +132,7 @@ class Probe(Leader):
 
     def contact(self, is_touched: bool, delivery: Delivery) -> None:
         """Take in what the switch says."""
-        self._heard = self._leading.now
+        self._heard = delivery.now
         if is_touched and self._way < 0:
             # A contact has no time of its own: that at which it was sent comes nearest.
             self.contact_stamp = delivery.sent - self._settings.contact_delay
@@ -149,7 +149,7 @@ class Probe(Leader):
         except KinematicsError:
             return
         x0, y0, z0 = self._start
-        self._measured, self._height = self._leading.now, z
+        self._measured, self._height = delivery.now, z
         self.lowest, self._highest = min(self.lowest, z), max(self._highest, z)
         if self.contact_stamp is not None and self.heights is None:
             # At once: the way back may take longer than measurements are kept.
