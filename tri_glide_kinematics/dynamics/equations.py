@@ -10,9 +10,9 @@ from typing import Any, TypeAlias
 
 from tri_glide_kinematics.tri_glide import TriGlideGeometry
 
-# A float, or an array of them.
+# A float, or an array of them; three of these, or an array with three rows.
 Number: TypeAlias = Any
-Triple: TypeAlias = tuple[Number, Number, Number]
+Triple: TypeAlias = Any
 
 # Of each arm its horizontal part over its rise, x and y; and the inverse of the determinant of the
 # Jacobian.
