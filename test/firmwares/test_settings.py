@@ -139,6 +139,15 @@ def test_after_a_calibration_the_geometry_is_new_and_the_rest_stays(sample, tmp_
         assert same.end_stops == pytest.approx(back.end_stops, abs=NEAR)
 
 
+def test_a_number_that_is_written_with_an_exponent_is_one(tmp_path, files):
+    file = SAMPLES["kossel"].write(tmp_path)
+    text = file.read_text()
+    file.write_text(text.replace("minimum_z_position: -5", "minimum_z_position: 0.05"))
+    assert file.read_text() != text
+    values, _ = load_parameters(files(parameter_text(load_firmware_settings(file))))
+    assert values["cylinder_z"][0] == 5e-5
+
+
 def test_of_what_marlin_prints_a_new_reach_changes_no_rod(tmp_path, files):
     settings = load_firmware_settings(SAMPLES["m503"].write(tmp_path))
     file = files(parameter_text(settings))
