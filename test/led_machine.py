@@ -14,9 +14,8 @@ from tri_glide_kinematics.calibration.session import (
     IkSettings,
     Leading,
     MachineView,
-    ProbeDriver,
-    SwingDriver,
 )
+from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion import MotionKind
 from tri_glide_kinematics.motion.engine import Command, GoalCode, Move
@@ -40,7 +39,7 @@ class LedGoal:
 
     @property
     def result(self):
-        return self._command.outcome if self._rig.is_alive else None
+        return self._command.outcome if self._rig.is_alive and self._rig.goals_end else None
 
     def cancel(self):
         self.is_cancelled = True
@@ -62,10 +61,13 @@ class LedMachine(Rig):
         # Whether a goal ends when it is cancelled.
         self.obeys = True
         self.feels = self.measures_acceleration = self.has_switch = self.tells_setpoints = True
-        # Whether the measured heights reach calibration, too.
+        # Whether the measured heights reach calibration, too; and what it is told instead of them.
         self.tells_heights = True
+        self.seen = None
         self.encoders_see_swing = False
-        self.stamps_samples = True
+        # The stamp of a sample that is sent at a time [s]; whether goals tell that they have ended.
+        self.stamp_of = float
+        self.goals_end = True
         self.shaper = None
         # What people read of its states; None for what the controller says.
         self.text = None
@@ -84,12 +86,10 @@ class LedMachine(Rig):
         self._noise = random.Random(1)
         super().__init__(start=MACHINE.inverse(start), kind=MotionKind.LINEAR)
         self.leading = Leading()
-        believed = TrueMachine(MACHINE, offsets)
-        self.probes = ProbeDriver(self.leading, self, believed.position)
-        self.swings = SwingDriver(self.leading, self)
+        self.believed = TrueMachine(MACHINE, offsets)
         self.pass_time(0.5)
 
-    # What the drivers ask for
+    # What those who lead it ask for
 
     def jog(self, upwards):
         self.twists.append((self.now, upwards))
@@ -136,12 +136,18 @@ class LedMachine(Rig):
     def send_pose(self, position):
         """Be told by somebody else to go elsewhere."""
         self.controller.move_to(position)
-        self.probes.target_pose()
+        self.leading.leader.target_pose()
 
     def look(self):
         for _ in range(CYCLES):
             self._pass_cycle()
         self.leading.look(self.now)
+
+    def hold_up(self, duration):
+        """Let time pass in which calibration does nothing."""
+        end = self.now + duration
+        while self.now < end:
+            self._pass_cycle()
 
     def pass_time(self, duration):
         end = self.now + duration
@@ -174,6 +180,11 @@ class LedMachine(Rig):
         while not condition():
             self.controller.jog((0.0, 0.0, 1e-5), self.now)
             self.look()
+
+    def tell_state(self, state, *, more_stops=0):
+        """Let calibration hear a state that the controller has not told."""
+        stops = self.leading.machine.stops + more_stops
+        self.leading.told(MachineView(state, Cause.COMMAND, "as told", stops))
 
     def begin(self, course):
         future = Future()
@@ -212,9 +223,8 @@ class LedMachine(Rig):
         self._swung = felt.position
         if self.measures and self.tells_heights:
             stamp = delivery.sent + self.stamp_error
-            stamp = self.leading.measured(self.measured, stamp, delivery)
-            self.probes.measured(self.measured, delivery.now)
-            self.swings.measured(self.measured, stamp, delivery)
+            heights = self.seen or self.measured
+            self.leading.measured(heights, stamp, delivery)
         self._tell_contact(delivery)
         if not self.is_alive:
             return
@@ -222,16 +232,16 @@ class LedMachine(Rig):
         if self.listens is None:
             return
         if self.tells_setpoints:
-            self.swings.setpoints(setpoint, delivery)
+            self.leading.leader.setpoints(setpoint, delivery)
         if self.feels:
             x, y, z = (each + self._noise.gauss(0.0, NOISE) for each in felt.acceleration)
             values = (x, y, z + GRAVITY) if self.measures_acceleration else None
-            self.swings.sample(values, delivery.sent * self.stamps_samples, delivery)
+            self.leading.leader.sample(values, self.stamp_of(delivery.sent), delivery)
 
     def _tell_contact(self, delivery):
         is_touched, age = self.plate.is_touched(self.place), self._contact[1] + 1
         if self.has_switch and (is_touched != self._contact[0] or age >= CONTACT_PERIOD):
-            self.probes.contact(is_touched, delivery)
+            self.leading.contact(is_touched, delivery)
             age = 0
         self._contact = is_touched, age
 
@@ -241,4 +251,4 @@ class LedMachine(Rig):
         view = MachineView(status.state, status.reason.cause, text, status.stops + 7)
         if view != self._told:
             self._told = view
-            self.probes.machine(view, self.now)
+            self.leading.told(view)

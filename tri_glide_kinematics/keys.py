@@ -202,14 +202,15 @@ def whole_yaml(content: Mapping[str, Any]) -> str:
     for key, value in content.items():
         entries = value if isinstance(value, list) and value else None
         if entries and isinstance(entries[0], (Mapping, list)):
-            text = "[\n" + ",\n".join(f"  {_in_a_line(each)}" for each in entries) + "\n]"
+            text = "[\n" + ",\n".join(f"  {in_a_line(each)}" for each in entries) + "\n]"
         else:
-            text = _in_a_line(value)
-        parts.append(f"{_in_a_line(key)}: {text}")
+            text = in_a_line(value)
+        parts.append(f"{in_a_line(key)}: {text}")
     return "{\n" + ",\n".join(parts) + "\n}\n"
 
 
-def _in_a_line(value: Any) -> str:
+def in_a_line(value: Any) -> str:
+    """Return a value as YAML has it, in one line."""
     # In a list, as a value alone would get a mark of its end.
     text = yaml.safe_dump([value], default_flow_style=True, sort_keys=False, width=math.inf)
     return str(text).strip()[1:-1]

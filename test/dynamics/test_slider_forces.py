@@ -79,7 +79,7 @@ def lagrangian_forces(slider_forces, heights, velocities, accelerations):
 @pytest.mark.parametrize("heavy_arms", [False, True], ids=["light arms", "heavy arms"])
 def test_forces_are_those_of_a_constrained_lagrangian(heavy_arms, monkeypatch):
     # Of four motions the last one is in a block of its own.
-    monkeypatch.setattr("tri_glide_kinematics.dynamics.batch.BLOCK", 3)
+    monkeypatch.setattr("tri_glide_kinematics.dynamics.slider_forces.BLOCK", 3)
     rng = np.random.default_rng(27)
     for _ in range(60):
         slider_forces = random_forces(rng, heavy_arms=heavy_arms)

@@ -1,6 +1,5 @@
 """Settings of firmwares: their own formulas, there and back, and damaged files."""
 
-import random
 import re
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import numpy as np
 import pytest
 import yaml
 from firmware_files import SAMPLES, Marlin, Sample
+from mutations import mutated
 from soak import many, seed
 
 from tri_glide_kinematics.calibration import MachineParameters
@@ -137,6 +137,15 @@ def test_after_a_calibration_the_geometry_is_new_and_the_rest_stays(sample, tmp_
         same = load_firmware_settings(printed, firmware=Firmware.MARLIN)
         assert same.machine.vector == pytest.approx(back.machine.vector, abs=NEAR)
         assert same.end_stops == pytest.approx(back.end_stops, abs=NEAR)
+
+
+def test_a_number_that_is_written_with_an_exponent_is_one(tmp_path, files):
+    file = SAMPLES["kossel"].write(tmp_path)
+    text = file.read_text()
+    file.write_text(text.replace("minimum_z_position: -5", "minimum_z_position: 0.05"))
+    assert file.read_text() != text
+    values, _ = load_parameters(files(parameter_text(load_firmware_settings(file))))
+    assert values["cylinder_z"][0] == 5e-5
 
 
 def test_of_what_marlin_prints_a_new_reach_changes_no_rod(tmp_path, files):
@@ -302,35 +311,16 @@ JUNK = ["", "-", "nan", "inf", "1e999", "1,5", "0", "-1", "{", "}", "[", "]", "\
 JUNK += ["#if 1", "#endif", "[include *]", "M501", "M98 P", "#*#", "9" * 400, "é", "((((", "\x1b["]
 
 
-def damaged(text: str, rng: random.Random) -> str:
-    """Return a text that something has happened to."""
-    lines = text.split("\n")
-    at = rng.randrange(len(lines))
-    kind = rng.randrange(7)
-    if kind == 0:
-        return text[: rng.randrange(len(text))]
-    if kind == 1:
-        del lines[at]
-    elif kind == 2:
-        lines.insert(at, rng.choice(lines))
-    elif kind == 3:
-        one = rng.choice(list(re.finditer(r"-?\d+\.?\d*|\Z", text)))
-        return text[: one.start()] + rng.choice(JUNK) + text[one.end() :]
-    elif kind == 4:
-        lines[at] = rng.choice(JUNK) + lines[at]
-    elif kind == 5:
-        lines[at] = lines[at] + rng.choice(JUNK)
-    else:
-        characters = list(text)
-        for _ in range(rng.randrange(1, 5)):
-            characters[rng.randrange(len(text))] = chr(rng.randrange(1, 256))
-        return "".join(characters)
-    return "\n".join(lines)
+def damaged(content: bytes, rng: np.random.Generator) -> bytes:
+    """Return a content that something has happened to, some of it of this trade."""
+    place, word = rng.integers(len(content) + 1), rng.choice(JUNK).encode("latin-1")
+    put_in = content[:place] + word + content[place:]
+    return mutated(put_in if rng.random() < 0.3 else content, rng)
 
 
 @pytest.mark.filterwarnings("error")
 def test_damaged_parameter_files_get_one_line_on_the_way_back(tmp_path):
-    rng = random.Random(seed(51))
+    rng = np.random.default_rng(seed(51))
     texts = {}
     for name in ("saved", "trimmed", "overridden"):
         settings = load_firmware_settings(SAMPLES[name].write(tmp_path / name))
@@ -338,12 +328,12 @@ def test_damaged_parameter_files_get_one_line_on_the_way_back(tmp_path):
     file = tmp_path / "machine.yaml"
     refused = 0
     for _ in range(many(150)):
-        firmware = rng.choice(list(texts))
-        file.write_bytes(damaged(texts[firmware], rng).encode("latin-1"))
+        firmware = list(texts)[rng.integers(len(texts))]
+        file.write_bytes(damaged(texts[firmware].encode(), rng))
         # What is read of a file stays known.
         sections_of.cache_clear()
         try:
-            firmware_text(*load_parameters(file), rng.choice(list(Firmware)))
+            firmware_text(*load_parameters(file), list(Firmware)[rng.integers(3)])
         except KinematicsError as error:
             refused += 1
             assert "\n" not in str(error)
@@ -353,7 +343,7 @@ def test_damaged_parameter_files_get_one_line_on_the_way_back(tmp_path):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_damaged_files_get_one_line_with_the_file(tmp_path):
-    rng = random.Random(seed(50))
+    rng = np.random.default_rng(seed(50))
     samples = [sample.write(tmp_path / name) for name, sample in SAMPLES.items()]
     texts = {}
     for path in samples:
@@ -362,9 +352,8 @@ def test_damaged_files_get_one_line_with_the_file(tmp_path):
                 texts[path, file] = file.read_bytes()
     refused = 0
     for _ in range(many(400)):
-        path, file = rng.choice(list(texts))
-        text = texts[path, file].decode("latin-1")
-        file.write_bytes(damaged(text, rng).encode("latin-1"))
+        path, file = list(texts)[rng.integers(len(texts))]
+        file.write_bytes(damaged(texts[path, file], rng))
         try:
             parameter_text(load_firmware_settings(path))
         except FirmwareError as error:

@@ -15,7 +15,7 @@ from tri_glide_kinematics.firmwares import Firmware
 from tri_glide_kinematics.firmwares.parameters import lines_of, texts_of
 from tri_glide_kinematics.firmwares.reading import settings_of
 from tri_glide_kinematics.firmwares.towers import towers_of
-from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
+from tri_glide_kinematics.tri_glide import TriGlide
 
 END_STOPS = (1.85, 1.86, 1.87)
 each_firmware = pytest.mark.parametrize("firmware", Firmware)
@@ -82,31 +82,6 @@ def test_homing_puts_the_nozzle_where_the_settings_say(firmware):
         moved = ends - np.array(moves) / 1e3
         assert sum(moves) == pytest.approx(0.0, abs=1e-9)
     np.testing.assert_allclose(robot.forward(moved), (0.0, 0.0, height / 1e3), atol=1e-12)
-
-
-def test_klipper_has_its_own_angles_for_its_own_machine():
-    radius, arm = 0.1, 0.27
-    anchors = [
-        (radius * math.cos(math.radians(a)), radius * math.sin(math.radians(a)))
-        for a in (210.0, 330.0, 90.0)
-    ]
-    machine = MachineParameters(TriGlideGeometry(anchors, (arm,) * 3))
-    towers, order, _ = towers_of(machine, (0.5, 0.5, 0.5))
-    assert order == (0, 1, 2)
-    assert towers.radii == pytest.approx((100.0,) * 3)
-    assert towers.angles == pytest.approx((210.0, 330.0, 90.0))
-    nozzle = 500.0 - math.sqrt(270.0**2 - 100.0**2)
-    assert towers.heights == pytest.approx((nozzle,) * 3)
-
-
-def test_reprapfirmware_places_its_towers_by_its_own_formulas():
-    lines = "M665 L300:301:302 R120 H250 X.5 Y-.3 Z.2\nM666 X.1 Y0 Z0"
-    settings = settings_of(Firmware.REPRAP, [(Path(), lines)])
-    (ax, ay), (bx, by), (cx, cy) = 1000.0 * np.array(settings.machine.geometry.anchors)
-    a, b, c = np.radians([30.5, 30.3, 0.2])
-    assert (ax, ay) == pytest.approx((-120.0 * math.cos(a), -120.0 * math.sin(a)))
-    assert (bx, by) == pytest.approx((120.0 * math.cos(b), -120.0 * math.sin(b)))
-    assert (cx, cy) == pytest.approx((-120.0 * math.sin(c), 120.0 * math.cos(c)))
 
 
 def test_settings_are_written_as_the_firmwares_read_them():

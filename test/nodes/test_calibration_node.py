@@ -5,7 +5,7 @@ import math
 import pytest
 from geometry_msgs.msg import Point, Vector3
 
-from tri_glide_interfaces.srv import FindModes, ProbePlate
+from tri_glide_interfaces.srv import FindModes, ProbePlate, RecordTouch
 from tri_glide_kinematics.calibration.ringdown import NotKnown
 from tri_glide_kinematics.calibration.session import SwingSettings
 from tri_glide_kinematics.errors import KinematicsError
@@ -13,6 +13,7 @@ from tri_glide_kinematics.motion.shaping import ShaperKind
 from tri_glide_kinematics.nodes.calibration_node import (
     plate_of,
     probe_settings_of,
+    requested,
     shaper_kind_of,
     swing_settings_of,
 )
@@ -26,6 +27,9 @@ def test_zero_stands_for_the_parameter():
     assert (settings.speed, settings.depth) == (0.002, 0.01)
     settings = probe_settings_of(VALUES, ProbePlate.Request(depth=1.0, speed=0.1))
     assert (settings.speed, settings.depth) == (0.1, 1.0)
+    for told, expected in ((0.0, 1e-5), (2e-5, 2e-5)):
+        touch = RecordTouch.Request(standard_deviation=told)
+        assert requested(VALUES, touch, "standard_deviation", "touch_deviation") == expected
 
 
 @pytest.mark.parametrize(

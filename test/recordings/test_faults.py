@@ -1,6 +1,7 @@
 """What came before a fault is on the disk, the last five times, and can be judged."""
 
 import threading
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from tri_glide_kinematics.recordings import (
 )
 from tri_glide_kinematics.workspace import Workspace, WorkspaceLimits
 
+BEGUN = datetime(2026, 11, 29)
 OFFSETS = (0.01, -0.02, 0.03)
 PLACES = (TARGET, (0.0, 0.0, 0.35))
 
@@ -34,8 +36,11 @@ class RecordedRig(Rig):
         self.told: list[str] = []
         self.warned: list[str] = []
         offsets = (OFFSETS[0], OFFSETS[1], OFFSETS[2])
-        made = FaultRecorder("/cell_1", PERIOD, offsets, self.told.append, self.warned.append)
-        self.recorder = made
+        tell, warn = self.told.append, self.warned.append
+        self.recorder = FaultRecorder("/cell_1", PERIOD, offsets, self.clock, tell, warn)
+
+    def clock(self) -> datetime:
+        return BEGUN + timedelta(seconds=self.now)
 
     def cycle(self, count: int = 1) -> None:
         for _ in range(count):
@@ -78,6 +83,8 @@ def test_the_ten_seconds_before_a_fault_are_judged_as_any_recording() -> None:
     remark = file.read_text(encoding="utf-8").splitlines()[0]
     fault_at = float(remark.split()[3])
     assert fault_at > 10.0
+    assert remark.split()[5] == "2026-11-29"
+    assert file.name.startswith("fault_2026-11-29_00-0")
     assert "slider" in remark
     recording = load_recording(file, ())
     workspace = Workspace(MACHINE, WorkspaceLimits(LOWER, UPPER, 0.005, 6.0))

@@ -7,6 +7,7 @@ import pytest
 from sized_machines import slider_motion
 from soak import many
 
+from testing.masses import random_masses
 from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.sizing.fields import Cells, Loads
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
@@ -23,18 +24,6 @@ def random_machine(rng, spread=0.03):
     lengths = 0.45 + rng.uniform(-spread, spread, 3)
     order = (0, 2, 1) if rng.random() < 0.5 else (0, 1, 2)
     return TriGlide(TriGlideGeometry(anchors[order, :], lengths[order,]))
-
-
-def random_masses(rng):
-    return Masses.uniform(
-        rng.uniform(0.1, 1.0),
-        rng.uniform(0.0, 1.5),
-        rng.uniform(0.1, 0.5),
-        payload=rng.uniform(0.0, 1.0),
-        counterweight=rng.uniform(0.0, 0.5),
-        coulomb=rng.uniform(0.0, 2.0),
-        viscous=rng.uniform(0.0, 5.0),
-    )
 
 
 def places_of(rng, count, radius=0.12):

@@ -1,6 +1,8 @@
 """The compiled batch functions give what the others give; without numba, the others do it."""
 
 import math
+import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -40,13 +42,15 @@ def test_same_results_to_the_last_bit(geometry):
 def test_the_loops_themselves(geometry, monkeypatch):
     """What numba compiles, run as plain Python: so this holds where there is no numba."""
     monkeypatch.setattr(batch, "numba_is_installed", lambda: True)
-    monkeypatch.setattr(batch, "compile_loop", lambda loop: loop)
+    monkeypatch.setattr(batch, "compiled_loop", batch.compiled_loop.__wrapped__)
+    numba = SimpleNamespace(njit=lambda error_model: lambda function: function)
+    monkeypatch.setitem(sys.modules, "numba", numba)
     assert_same(geometry, 1000)
 
 
 def test_without_numba_the_loops_are_not_used(monkeypatch):
     monkeypatch.setattr(batch, "numba_is_installed", lambda: False)
-    monkeypatch.setattr(batch, "compile_loop", None)
+    monkeypatch.setattr(batch, "compiled_loop", None)
     machine = TriGlide(ONE_MODE, compiled=True)
     np.testing.assert_array_equal(
         machine.inverse_batch(rows(0, 100)), TriGlide(ONE_MODE).inverse_batch(rows(0, 100))
@@ -56,5 +60,5 @@ def test_without_numba_the_loops_are_not_used(monkeypatch):
 
 def test_nothing_is_compiled_unless_asked_for(monkeypatch):
     monkeypatch.setattr(batch, "numba_is_installed", lambda: True)
-    monkeypatch.setattr(batch, "compile_loop", None)
+    monkeypatch.setattr(batch, "compiled_loop", None)
     assert TriGlide(ONE_MODE).inverse_batch([(0.0, 0.0, 0.2)]).shape == (1, 3)

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
-    from tri_glide_kinematics.dynamics.batch import Constants as Constants
     from tri_glide_kinematics.dynamics.identification import ANY_ARMS as ANY_ARMS
     from tri_glide_kinematics.dynamics.identification import COUNTERWEIGHTS as COUNTERWEIGHTS
     from tri_glide_kinematics.dynamics.identification import NO_COUNTERWEIGHTS as NO_COUNTERWEIGHTS
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.dynamics.masses import MIDDLE as MIDDLE
     from tri_glide_kinematics.dynamics.masses import STANDARD_GRAVITY as STANDARD_GRAVITY
     from tri_glide_kinematics.dynamics.masses import Arm as Arm
+    from tri_glide_kinematics.dynamics.masses import Constants as Constants
     from tri_glide_kinematics.dynamics.masses import Masses as Masses
     from tri_glide_kinematics.dynamics.masses import PayloadOffCentreError as PayloadOffCentreError
     from tri_glide_kinematics.dynamics.slider_forces import Energy as Energy

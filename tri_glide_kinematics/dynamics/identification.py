@@ -20,7 +20,12 @@ from tri_glide_kinematics.checks import (
     finite_vector,
     non_negative,
 )
-from tri_glide_kinematics.dynamics import batch
+from tri_glide_kinematics.dynamics.equations import (
+    driven,
+    platform_rates,
+    slopes_of,
+    squares_of,
+)
 from tri_glide_kinematics.dynamics.masses import STANDARD_GRAVITY, Arm, Masses
 from tri_glide_kinematics.errors import KinematicsError, NotAChoiceError
 from tri_glide_kinematics.tri_glide import TriGlide
@@ -197,37 +202,33 @@ def regressor(
     shape = (len(rows), 3)
     rates = finite_array("velocities", velocities, shape).T
     second = finite_array("accelerations", accelerations, shape).T
-    pull = finite_vector("gravity", gravity, 3)
+    pull = np.array(finite_vector("gravity", gravity, 3))
     names = UNIFORM_ARMS if uniform_arms else ANY_ARMS
+    # Forces are linear in the numbers of ``Constants``, and these in the parameters.
+    none = np.zeros(3)
+    parts = {PLATFORM: (none, none, 1.0, none, pull)}
+    for i, unit in enumerate(np.eye(3)):
+        weight = pull[2] * unit
+        parts[CARRIAGES[i]] = unit, none, 0.0, weight, none
+        parts[COUNTERWEIGHTS[i]] = unit, none, 0.0, -weight, none
+        parts[ARM_MASSES[i]] = unit, none, 0.0, weight, none
+        if uniform_arms:
+            parts[ARM_MASSES[i]] = unit / 3.0, unit / 6.0, 1.0 / 3.0, weight / 2.0, pull / 2.0
+        parts[ARM_MOMENTS[i]] = -2.0 * unit, unit, 0.0, -weight, pull
+        parts[ARM_INERTIAS[i]] = unit, -unit, 1.0, none, none
     matrices = np.zeros((*shape, len(names)))
-    column = {name: matrices[:, :, k].T for k, name in enumerate(names)}
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        arms = batch.Arms.at(machine, rows, machine.forward_batch(rows))
-        platform = arms.platform_rates(second + arms.squares(rates, arms.platform_rates(rates)))
-        zero = np.zeros(len(rows))
-        weight = [zero - component for component in pull]
-        hung = arms.slider_forces(*weight)
-        column[PLATFORM][:] = moved = arms.slider_forces(*platform)
-        column[PLATFORM][:] += hung
+        places = machine.forward_batch(rows).T
+        slopes = slopes_of(machine.geometry, rows.T, places)
+        squares = squares_of(rows.T, places, rates, platform_rates(slopes, *rates))
+        platform = platform_rates(slopes, *(second + squares))
+        for k, name in enumerate(names):
+            if name in parts:
+                numbers = np.hstack(parts[name]).tolist()
+                matrices[:, :, k] = np.transpose(driven(numbers, slopes, second, platform))
         for i in range(3):
-            # A mass that moves with the slider, with and without its weight.
-            column[CARRIAGES[i]][i] = second[i] - pull[2]
-            column[COUNTERWEIGHTS[i]][i] = second[i] + pull[2]
-            coupled = arms.slider_forces(zero, zero, second[i])
-            coupled[i] += platform[2]
-            at_slider = np.zeros(rates.shape)
-            at_slider[i] = second[i]
-            mass = column[CARRIAGES[i]]
-            moment = coupled - at_slider - mass + hung
-            inertia = moved + at_slider - coupled
-            if uniform_arms:
-                column[ARM_MASSES[i]][:] = mass + moment / 2.0 + inertia / 3.0
-            else:
-                column[ARM_MASSES[i]][:] = mass
-                column[ARM_MOMENTS[i]][:] = moment
-                column[ARM_INERTIAS[i]][:] = inertia
-            column[COULOMB[i]][i] = np.sign(rates[i])
-            column[VISCOUS[i]][i] = rates[i]
+            matrices[:, i, names.index(COULOMB[i])] = np.sign(rates[i])
+            matrices[:, i, names.index(VISCOUS[i])] = rates[i]
     return matrices
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from tri_glide_kinematics.checks import finite, finite_vector, non_negative, positive
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError, WrongShapeError
@@ -206,3 +207,45 @@ class Masses:
             KinematicsError: as for ``Masses``.
         """
         return replace(self, payload=payload)
+
+
+class Constants(NamedTuple):
+    r"""The masses of a machine in the velocities of its sliders and of its platform.
+
+    Attributes:
+        sliders: mass that moves with each slider. Shape (3,) [kg].
+        couplings: mass of each arm between slider and platform. Shape (3,) [kg].
+        platform: mass that moves with the platform [kg].
+        weights: forces of gravity on the sliders, upwards. Shape (3,) [N].
+        weight: force of gravity on the platform. Shape (3,) [N].
+    """
+
+    sliders: Vector3
+    couplings: Vector3
+    platform: float
+    weights: Vector3
+    weight: Vector3
+
+    @classmethod
+    def of(cls, lengths: Sequence[float], masses: Masses) -> Constants:
+        """Return those of a machine with arms of these ``lengths``. Shape (3,) [m]."""
+        sliders, couplings, weights = [], [], []
+        platform = hung = masses.platform + masses.payload
+        gravity = masses.gravity
+        for length, arm, carriage, counterweight in zip(
+            lengths, masses.arms, masses.carriages, masses.counterweights
+        ):
+            near, coupling, far = arm.end_masses(length)
+            sliders.append(carriage + counterweight + near)
+            couplings.append(coupling)
+            platform += far
+            # The weight of an arm is shared out to its ends as by a lever.
+            hung += arm.mass * arm.centre
+            weights.append(gravity[2] * (carriage - counterweight + arm.mass * (1.0 - arm.centre)))
+        return cls(
+            (sliders[0], sliders[1], sliders[2]),
+            (couplings[0], couplings[1], couplings[2]),
+            platform,
+            (weights[0], weights[1], weights[2]),
+            (gravity[0] * hung, gravity[1] * hung, gravity[2] * hung),
+        )

@@ -3,13 +3,13 @@ r"""Forces of the sliders for a motion, and the motion for forces, in closed for
 Each arm has constant masses in the velocities of its ends (``Arm.end_masses``), so the machine has
 constant masses in the heights $h$ and the platform position $p$ together. With $J$ the Jacobian
 of the heights, $k$ the third row of $J^{-1}$, $e$ the vertical unit vector and $m_i$, $b_i$, $M$
-the constants of ``_Constants``, the forces of the sliders are
+the constants of ``Constants``, the forces of the sliders are
 
 $$F_i = m_i \ddot h_i + b_i \ddot z - w_i + y_i + \text{friction}_i, \qquad
 J^T y = M \ddot p + e \sum_i b_i \ddot h_i - W.$$
 
-The derivation is in docs/dynamics.md. As in ``TriGlide``, the functions for one pose calculate in
-plain floats, as they run in each control cycle.
+The derivation is in docs/dynamics.md. The functions for one pose calculate in plain floats, as in
+``TriGlide``.
 """
 
 from __future__ import annotations
@@ -23,16 +23,23 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tri_glide_kinematics.checks import array_of_shape, finite_vector, positive, three_floats
-from tri_glide_kinematics.dynamics import batch
-from tri_glide_kinematics.dynamics.masses import Masses
+from tri_glide_kinematics.dynamics.equations import (
+    Slopes,
+    driven,
+    height_rates,
+    platform_rates,
+    slopes_of,
+    squares_of,
+)
+from tri_glide_kinematics.dynamics.masses import Constants, Masses
 from tri_glide_kinematics.errors import NotFiniteError
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray, Vector3, combined
 
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
-# Slopes of the arms, two for each, and the inverse of the determinant of the Jacobian.
-Slopes = tuple[float, float, float, float, float, float, float]
+# Poses per block: their intermediate results stay in the processor's cache.
+BLOCK = 6_000
 
 # Combinations of sliders that stay and that move are followed so often; nearly always two will do.
 GUESSES = 6
@@ -105,7 +112,7 @@ class SliderForces:
         constants: the masses in the velocities of sliders and platform.
     """
 
-    __slots__ = ("_friction", "_numbers", "_places", "constants", "machine", "masses")
+    __slots__ = ("_friction", "_geometry", "_numbers", "constants", "machine", "masses")
 
     def __init__(self, machine: TriGlide, masses: Masses) -> None:
         """Prepare the constants.
@@ -116,7 +123,7 @@ class SliderForces:
         """
         self.machine = machine
         self.masses = masses
-        constants = batch.Constants.of(machine.geometry.arm_lengths, masses)
+        constants = Constants.of(machine.geometry.arm_lengths, masses)
         self.constants = constants
         self._numbers = (
             *constants.sliders,
@@ -126,8 +133,7 @@ class SliderForces:
             *constants.weight,
         )
         self._friction = (*masses.coulomb, *masses.viscous)
-        (x1, y1), (x2, y2), (x3, y3) = machine.geometry.anchors
-        self._places = (x1, y1, x2, y2, x3, y3)
+        self._geometry = machine.geometry
 
     def __repr__(self) -> str:
         """Return the call that makes this object."""
@@ -163,10 +169,10 @@ class SliderForces:
         rates = three_floats("velocities", velocities)
         a1, a2, a3 = second = three_floats("accelerations", accelerations)
         position, velocity = self.machine.forward_velocity(rows, rates)
-        slopes = self._slopes(rows, position)
-        q1, q2, q3 = _squares(rows, position, rates, velocity)
-        platform = _platform_rates(slopes, a1 + q1, a2 + q2, a3 + q3)
-        return self._with_friction(rates, self._driven(slopes, second, platform), second)
+        slopes = slopes_of(self._geometry, rows, position)
+        q1, q2, q3 = squares_of(rows, position, rates, velocity)
+        platform = platform_rates(slopes, a1 + q1, a2 + q2, a3 + q3)
+        return self._with_friction(rates, driven(self._numbers, slopes, second, platform), second)
 
     def at(
         self, position: Iterable[float], velocity: Iterable[float], acceleration: Iterable[float]
@@ -186,19 +192,13 @@ class SliderForces:
         """
         place = three_floats("position", position)
         rate = three_floats("velocity", velocity)
-        x, y, z = platform = three_floats("acceleration", acceleration)
+        platform = three_floats("acceleration", acceleration)
         heights, rates = self.machine.inverse_velocity(place, rate)
-        slopes = self._slopes(heights, place)
-        q1, q2, q3 = _squares(heights, place, rates, rate)
-        n1x, n1y, n2x, n2y, n3x, n3y, _ = slopes
-        height_accelerations = (
-            n1x * x + n1y * y + z - q1,
-            n2x * x + n2y * y + z - q2,
-            n3x * x + n3y * y + z - q3,
-        )
-        return self._with_friction(
-            rates, self._driven(slopes, height_accelerations, platform), platform
-        )
+        slopes = slopes_of(self._geometry, heights, place)
+        q1, q2, q3 = squares_of(heights, place, rates, rate)
+        a1, a2, a3 = height_rates(slopes, *platform)
+        forces = driven(self._numbers, slopes, (a1 - q1, a2 - q2, a3 - q3), platform)
+        return self._with_friction(rates, forces, platform)
 
     def mass_matrix(self, heights: Iterable[float]) -> Matrix3:
         """Return the matrix that turns accelerations of the sliders into forces.
@@ -213,7 +213,7 @@ class SliderForces:
             KinematicsError: as for ``TriGlide.forward``.
         """
         rows = three_floats("heights", heights)
-        return self._mass_matrix(self._slopes(rows, self.machine.forward(rows)))
+        return self._mass_matrix(slopes_of(self._geometry, rows, self.machine.forward(rows)))
 
     def bias(self, heights: Iterable[float], velocities: Iterable[float]) -> Vector3:
         """Return the forces without accelerations of the sliders, and without friction.
@@ -354,15 +354,29 @@ class SliderForces:
             WrongShapeError: if an array has another shape.
         """
         rows = array_of_shape("heights", heights, (None, 3))
-        shape = (len(rows), 3)
-        return batch.forces_batch(
-            self.constants,
-            self.machine,
-            rows,
-            array_of_shape("velocities", velocities, shape),
-            array_of_shape("accelerations", accelerations, shape),
-            self.masses,
-        )
+        rates = array_of_shape("velocities", velocities, rows.shape)
+        second = array_of_shape("accelerations", accelerations, rows.shape)
+        positions = self.machine.forward_batch(rows)
+        result = np.empty(rows.shape[::-1])
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            for start in range(0, len(rows), BLOCK):
+                some = slice(start, start + BLOCK)
+                place, height, rate, acceleration = (
+                    np.ascontiguousarray(each[some].T) for each in (positions, rows, rates, second)
+                )
+                slopes = slopes_of(self._geometry, height, place)
+                squares = squares_of(height, place, rate, platform_rates(slopes, *rate))
+                platform = platform_rates(slopes, *(acceleration + squares))
+                forces = driven(self._numbers, slopes, acceleration, platform)
+                for row, *each in zip(
+                    result, forces, rate, self.masses.viscous, self.masses.coulomb
+                ):
+                    force, velocity, viscous, coulomb = each
+                    row[some] = force + viscous * velocity + coulomb * np.sign(velocity)
+        # An infinity would leave infinite forces, where one call raises an error. The first force
+        # holds all numbers: it is finite only if they are.
+        result[:, ~np.isfinite(result[0])] = np.nan
+        return result.T
 
     def along_path(
         self, positions: ArrayLike, tangents: ArrayLike, curvatures: ArrayLike
@@ -380,23 +394,27 @@ class SliderForces:
         Raises:
             WrongShapeError: if an array has another shape.
         """
-        places = array_of_shape("positions", positions, (None, 3))
-        shape = (len(places), 3)
-        first = array_of_shape("tangents", tangents, shape).T
-        second = array_of_shape("curvatures", curvatures, shape).T
-        arms = batch.Arms.at(self.machine, self.machine.inverse_batch(places), places)
-        rates = arms.height_rates(first)
-        bends = arms.height_rates(second) - arms.squares(rates, first)
-        still = np.zeros((3, len(places)))
-        at_rest = batch.driven(self.constants, arms, still, still)
-        parts = (
-            batch.driven(self.constants, arms, rates, first) - at_rest,
-            batch.driven(self.constants, arms, bends, second) - at_rest,
-            at_rest,
-            (rates.T * self.masses.viscous).T,
-            (np.sign(rates).T * self.masses.coulomb).T,
+        rows = array_of_shape("positions", positions, (None, 3))
+        first = array_of_shape("tangents", tangents, rows.shape).T
+        second = array_of_shape("curvatures", curvatures, rows.shape).T
+        places, heights = rows.T, self.machine.inverse_batch(rows).T
+        slopes = slopes_of(self._geometry, heights, places)
+        rates = np.array(height_rates(slopes, *first))
+        bends = np.subtract(
+            height_rates(slopes, *second), squares_of(heights, places, rates, first)
         )
-        return PathForces(*(part.T for part in parts))
+        still = np.zeros(rates.shape)
+        at_rest, needed, bent = (
+            np.transpose(driven(self._numbers, slopes, *each))
+            for each in ((still, still), (rates, first), (bends, second))
+        )
+        return PathForces(
+            needed - at_rest,
+            bent - at_rest,
+            at_rest,
+            rates.T * self.masses.viscous,
+            np.sign(rates).T * self.masses.coulomb,
+        )
 
     def _moving(
         self, heights: Iterable[float], velocities: Iterable[float]
@@ -405,43 +423,9 @@ class SliderForces:
         rows = three_floats("heights", heights)
         rates = three_floats("velocities", velocities)
         position, velocity = self.machine.forward_velocity(rows, rates)
-        slopes = self._slopes(rows, position)
-        platform = _platform_rates(slopes, *_squares(rows, position, rates, velocity))
-        return self._mass_matrix(slopes), self._driven(slopes, (0.0, 0.0, 0.0), platform)
-
-    def _slopes(self, heights: Vector3, position: Vector3) -> Slopes:
-        """Return for each arm its horizontal part over its rise, and the inverse determinant."""
-        x1, y1, x2, y2, x3, y3 = self._places
-        x, y, z = position
-        h1, h2, h3 = heights
-        r1 = 1.0 / (h1 - z)
-        r2 = 1.0 / (h2 - z)
-        r3 = 1.0 / (h3 - z)
-        n1x = (x1 - x) * r1
-        n1y = (y1 - y) * r1
-        n2x = (x2 - x) * r2
-        n2y = (y2 - y) * r2
-        n3x = (x3 - x) * r3
-        n3y = (y3 - y) * r3
-        determinant = (n2x - n1x) * (n3y - n1y) - (n2y - n1y) * (n3x - n1x)
-        return n1x, n1y, n2x, n2y, n3x, n3y, 1.0 / determinant
-
-    def _driven(self, slopes: Slopes, heights: Vector3, platform: Vector3) -> Vector3:
-        """Return the forces for second derivatives of heights and platform, without friction."""
-        n1x, n1y, n2x, n2y, n3x, n3y, inverse = slopes
-        m1, m2, m3, b1, b2, b3, mass, w1, w2, w3, wx, wy, wz = self._numbers
-        a1, a2, a3 = heights
-        x, y, z = platform
-        fz = mass * z + b1 * a1 + b2 * a2 + b3 * a3 - wz
-        fx = mass * x - wx - n1x * fz
-        fy = mass * y - wy - n1y * fz
-        y2 = (fx * (n3y - n1y) - fy * (n3x - n1x)) * inverse
-        y3 = (fy * (n2x - n1x) - fx * (n2y - n1y)) * inverse
-        return (
-            m1 * a1 + b1 * z - w1 + (fz - y2 - y3),
-            m2 * a2 + b2 * z - w2 + y2,
-            m3 * a3 + b3 * z - w3 + y3,
-        )
+        slopes = slopes_of(self._geometry, rows, position)
+        platform = platform_rates(slopes, *squares_of(rows, position, rates, velocity))
+        return self._mass_matrix(slopes), driven(self._numbers, slopes, (0.0, 0.0, 0.0), platform)
 
     def _with_friction(self, rates: Vector3, forces: Vector3, accelerations: Vector3) -> Vector3:
         """Add the friction; an acceleration that is not finite is refused here."""
@@ -462,9 +446,9 @@ class SliderForces:
         sliders, couplings, mass, _, _ = self.constants
         # Its columns are the rates of the platform for each slider alone.
         columns = (
-            _platform_rates(slopes, 1.0, 0.0, 0.0),
-            _platform_rates(slopes, 0.0, 1.0, 0.0),
-            _platform_rates(slopes, 0.0, 0.0, 1.0),
+            platform_rates(slopes, 1.0, 0.0, 0.0),
+            platform_rates(slopes, 0.0, 1.0, 0.0),
+            platform_rates(slopes, 0.0, 0.0, 1.0),
         )
         rows = [[0.0] * 3 for _ in range(3)]
         for i, (xi, yi, zi) in enumerate(columns):
@@ -475,33 +459,6 @@ class SliderForces:
                 rows[i][j] = rows[j][i] = entry + sliders[i] if i == j else entry
         (a, b, c), (d, e, f), (g, h, k) = rows
         return (a, b, c), (d, e, f), (g, h, k)
-
-
-def _squares(heights: Vector3, position: Vector3, rates: Vector3, velocity: Vector3) -> Vector3:
-    """Return for each arm the squared speed of its end against the other, over its rise."""
-    h1, h2, h3 = heights
-    v1, v2, v3 = rates
-    dx, dy, dz = velocity
-    z = position[2]
-    across = dx * dx + dy * dy
-    v1 -= dz
-    v2 -= dz
-    v3 -= dz
-    return (
-        (across + v1 * v1) / (h1 - z),
-        (across + v2 * v2) / (h2 - z),
-        (across + v3 * v3) / (h3 - z),
-    )
-
-
-def _platform_rates(slopes: Slopes, rate1: float, rate2: float, rate3: float) -> Vector3:
-    """Return the platform's rates for rates of the heights: the inverse Jacobian times these."""
-    n1x, n1y, n2x, n2y, n3x, n3y, inverse = slopes
-    step2 = rate2 - rate1
-    step3 = rate3 - rate1
-    x = (step2 * (n3y - n1y) - step3 * (n2y - n1y)) * inverse
-    y = (step3 * (n2x - n1x) - step2 * (n3x - n1x)) * inverse
-    return x, y, rate1 - n1x * x - n1y * y
 
 
 def _against_dry_friction(

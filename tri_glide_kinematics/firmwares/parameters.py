@@ -17,6 +17,7 @@ import numpy as np
 
 from tri_glide_kinematics.calibration import MachineParameters
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.files import parameter_file
 from tri_glide_kinematics.firmwares.reading import (
     MINUTE,
     Firmware,
@@ -26,6 +27,7 @@ from tri_glide_kinematics.firmwares.reading import (
     text_of,
 )
 from tri_glide_kinematics.firmwares.towers import MM, TOWER_ANGLES, plain_text, towers_of
+from tri_glide_kinematics.keys import in_a_line
 from tri_glide_kinematics.settings import IK_NODE, Values, file_values, machine_of, workspace_of
 from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.wording import vector_text
@@ -136,13 +138,12 @@ def parameter_text(settings: FirmwareSettings) -> str:
     """Return a parameter file for all nodes; raises as ``parameters_of``."""
     rows = []
     for name, (value, text) in parameters_of(settings).items():
-        written = list(value) if isinstance(value, tuple) else value
-        rows.append(f"  {name}: {written},{f' # {text}' * bool(text)}")
+        rows.append((name, in_a_line(list(value) if isinstance(value, tuple) else value), text))
     remarks = (*settings.notes, "In braces, so that a file that is cut off is refused; in metres.")
     kept = lines_of(settings.firmware, {name: settings.said[name].text for name in settings.used})
     head = [FIRST_LINE, *(f"# {remark}" for remark in remarks), READ + settings.firmware.value]
     head += [KEPT + line for line in kept]
-    return "\n".join((*head, "/**: {ros__parameters: {", *rows, "}}\n"))
+    return "\n".join((*head, parameter_file((), "/**", rows)))
 
 
 def program_settings_text(settings: FirmwareSettings) -> str:

@@ -23,8 +23,6 @@ from tri_glide_kinematics.calibration.session import (
     Leading,
     LeadingError,
     MachineView,
-    ProbeDriver,
-    SwingDriver,
 )
 from tri_glide_kinematics.reason_log import ReasonLog
 from tri_glide_kinematics.ros.goal_sender import GoalSender
@@ -37,7 +35,6 @@ from tri_glide_kinematics.settings import (
     NO_SHAPER,
     workspace_of,
 )
-from tri_glide_kinematics.vectors import Vector3
 
 MACHINE_STATE = "ik_node/machine_state"
 MOTION = "ik_node/motion_state"
@@ -58,35 +55,23 @@ NOT_MEASURED = -1.0
 
 
 class CalibrationLink(GoalSender):
-    """A ``JoggedMachine`` and a ``SwungMachine``; what comes in is handed to their drivers.
+    """A ``JoggedMachine`` and a ``SwungMachine``; what comes in is handed to their leader.
 
     Attributes:
         leading: that decides whose turn it is.
-        probes: makes probes.
-        swings: makes searches for modes.
         contacts: subscription that has to be looked at in each cycle.
     """
 
-    def __init__(
-        self,
-        node: Node,
-        base_frame: str,
-        place_of: Callable[[Vector3], Vector3],
-        unusable: ReasonLog,
-    ) -> None:
+    def __init__(self, node: Node, base_frame: str, unusable: ReasonLog) -> None:
         """Talk as a part of ``node``.
 
         Args:
             node: that talks with ik_node.
             base_frame: of twists.
-            place_of: tells where the platform is at reported heights, and may raise a
-                KinematicsError.
             unusable: is told of messages that cannot be read.
         """
         super().__init__(node)
         self.leading = Leading()
-        self.probes = ProbeDriver(self.leading, self, place_of)
-        self.swings = SwingDriver(self.leading, self)
         self._base_frame = base_frame
         self._unusable = unusable
         self._parameters = AsyncParameterClient(node, "ik_node")
@@ -95,7 +80,7 @@ class CalibrationLink(GoalSender):
         self._twists = node.create_publisher(TwistStamped, "target_twist", NEWEST)
         node.create_subscription(MachineState, MACHINE_STATE, self._on_machine, ALL_STATES)
         node.create_subscription(
-            PoseStamped, "target_pose", lambda _: self.probes.target_pose(), NEWEST
+            PoseStamped, "target_pose", lambda _: self.leading.leader.target_pose(), NEWEST
         )
         # rclpy's type hints know of no callback that gets to know when a message was sent.
         on_contact: Any = self._on_contact
@@ -166,23 +151,23 @@ class CalibrationLink(GoalSender):
 
     def _on_machine(self, message: MachineState) -> None:
         view = MachineView(state_of(message), cause_of(message), message.reason, message.stops)
-        self.probes.machine(view, time.monotonic())
+        self.leading.told(view)
 
     def _on_contact(self, message: Bool, info: dict[str, Any]) -> None:
-        self.probes.contact(message.data, delivery_of(info))
+        self.leading.contact(message.data, delivery_of(info))
 
     def _on_motion(self, data: bytes, info: dict[str, Any]) -> None:
         try:
             commanded = read_motion(data).commanded
         except struct.error:
             return
-        self.swings.setpoints(commanded, delivery_of(info))
+        self.leading.leader.setpoints(commanded, delivery_of(info))
 
     def _on_sample(self, message: Imu, info: dict[str, Any]) -> None:
         stamp, felt = message.header.stamp, message.linear_acceleration
         is_measured = message.linear_acceleration_covariance[0] != NOT_MEASURED
         values = (felt.x, felt.y, felt.z) if is_measured else None
-        self.swings.sample(values, stamp.sec + 1e-9 * stamp.nanosec, delivery_of(info))
+        self.leading.leader.sample(values, stamp.sec + 1e-9 * stamp.nanosec, delivery_of(info))
 
 
 def delivery_of(info: dict[str, Any]) -> Delivery:

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Awaitable, Callable, Generator
 from dataclasses import replace
+from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,6 @@ from tri_glide_kinematics.calibration.fit import (
     save_measurements,
 )
 from tri_glide_kinematics.calibration.session import (
-    Deviations,
     LeadingError,
     ProbeSettings,
     SavingError,
@@ -46,7 +46,9 @@ from tri_glide_kinematics.calibration.session import (
     SwingSettings,
     keep_measurements,
     new_session_file,
+    probe,
     save_parameters,
+    swing_search,
 )
 from tri_glide_kinematics.checks import non_negative
 from tri_glide_kinematics.errors import KinematicsError
@@ -102,13 +104,10 @@ class CalibrationNode(Node):
         self._folder = folder_of(values)
         # Of the present session; none until it has a measurement.
         self._session_file: Path | None = None
-        deviations = Deviations(
-            values["touch_deviation"], values["position_deviation"], values["distance_deviation"]
-        )
-        self._session = Session(plate_of(values), deviations, self._keep)
-        believed = TrueMachine(TriGlide(present.geometry), present.height_offsets)
+        self._session = Session(plate_of(values), self._keep)
+        self._believed = TrueMachine(TriGlide(present.geometry), present.height_offsets)
         self._unusable = ReasonLog(self.get_logger().warning, lines_per_second=1)
-        self._link = CalibrationLink(self, values["base_frame"], believed.position, self._unusable)
+        self._link = CalibrationLink(self, values["base_frame"], self._unusable)
         self._leading = self._link.leading
         self._searches = 0
         self._search_ended = -math.inf
@@ -157,10 +156,7 @@ class CalibrationNode(Node):
             return
         if reading is None:
             return
-        heights, delivery = reading.heights, delivery_of(info)
-        stamp = self._leading.measured(heights, reading.stamp, delivery)
-        self._link.probes.measured(heights, delivery.now)
-        self._link.swings.measured(heights, stamp, delivery)
+        self._leading.measured(reading.heights, reading.stamp, delivery_of(info))
 
     async def _answered(self, name: str, answer: Answer, request: Any, response: Any) -> Any:
         """Return the response; while it waits for the machine, the node does all else."""
@@ -176,32 +172,33 @@ class CalibrationNode(Node):
         return future
 
     async def _record_touch(self, request: Any, response: Any) -> None:
-        deviation = requested(request, "standard_deviation", "touch_deviation")
+        deviation = requested(self._values, request, "standard_deviation", "touch_deviation")
         heights = await self._led(self._leading.resting_heights())
-        response.number = self._session.touch(heights, request.plate, deviation)
+        response.number = self._session.touch(heights, deviation, request.plate)
         response.message = self._session.lines()[-1]
 
     async def _record_position(self, request: Any, response: Any) -> None:
-        deviation = requested(request, "standard_deviation", "position_deviation")
+        deviation = requested(self._values, request, "standard_deviation", "position_deviation")
         place = (request.position.x, request.position.y, request.position.z)
         heights = await self._led(self._leading.resting_heights())
-        response.number = self._session.position(heights, place, request.frame, deviation)
+        response.number = self._session.position(heights, place, deviation, request.frame)
         response.message = self._session.lines()[-1]
 
     async def _record_distance_end(self, request: Any, response: Any) -> None:
-        deviation = requested(request, "standard_deviation", "distance_deviation")
+        deviation = requested(self._values, request, "standard_deviation", "distance_deviation")
         distance = non_negative("distance", request.distance, "m")
         heights = await self._led(self._leading.resting_heights())
         response.number = self._session.distance_end(heights, distance, deviation)
         response.message = self._session.lines()[-1] if response.number else "first end noted"
 
     async def _probe(self, request: Any, response: Any) -> None:
-        deviation = requested(request, "standard_deviation", "touch_deviation")
+        deviation = requested(self._values, request, "standard_deviation", "touch_deviation")
         settings = probe_settings_of(self._values, request)
-        result = await self._led(self._link.probes.probe(settings))
+        place_of = self._believed.position
+        result = await self._led(probe(self._leading, self._link, place_of, settings))
         response.heights = result.heights
         response.overrun = result.overrun
-        response.number = self._session.touch(result.heights, request.plate, deviation)
+        response.number = self._session.touch(result.heights, deviation, request.plate)
         response.message = "; ".join(filter(None, (self._session.lines()[-1], result.text)))
 
     def _list(self, _: Any, response: Any) -> Any:
@@ -279,7 +276,7 @@ class CalibrationNode(Node):
         files = [file_in(self._folder, f"{name}_{place + 1}.csv") for place in range(count) if name]
         is_by_heights = request.source == FindModes.Request.MEASURED_HEIGHTS
         names = self._values["joint_names"] if is_by_heights else None
-        search = await self._led(self._link.swings.search(settings, names))
+        search = await self._led(swing_search(self._leading, self._link, settings, names))
         for number, (file, recording) in enumerate(zip(files, search.recordings), 1):
             save_recording(file, recording, f"swing {number} of {count}")
         if search.failure is not None:
@@ -312,7 +309,7 @@ class CalibrationNode(Node):
             self._session_file = None
             return
         if self._session_file is None:
-            self._session_file = new_session_file(self._folder)
+            self._session_file = new_session_file(self._folder, datetime.now())
             self.get_logger().info(f"measurements are kept in {self._session_file}")
         keep_measurements(self._session_file, self._content())
 
@@ -393,20 +390,19 @@ def probe_settings_of(values: Values, request: ProbePlate.Request) -> ProbeSetti
         KinematicsError: if one is outside the bounds of its parameter.
     """
     return ProbeSettings(
-        requested(request, "speed", "probe_speed") or values["probe_speed"],
-        requested(request, "depth", "probe_depth") or values["probe_depth"],
+        requested(values, request, "speed", "probe_speed"),
+        requested(values, request, "depth", "probe_depth"),
         values["contact_timeout"],
         values["contact_delay"],
     )
 
 
-def requested(request: Any, name: str, parameter: str) -> float:
-    """Return a number of a ``request``; 0 stands for what the node has been told.
+def requested(values: Values, request: Any, name: str, parameter: str) -> float:
+    """Return a number of a ``request``; 0 stands for the ``parameter`` in the ``values``.
 
     Raises:
         KinematicsError: if it is outside the bounds of the ``parameter`` that it takes the place
             of; the text gives it the ``name`` that it has in the request.
     """
-    value: float = getattr(request, name)
     entry = next(one for one in CALIBRATION_NODE if one.name == parameter)
-    return value if value == 0.0 else float(replace(entry, name=name).checked(value))
+    return float(replace(entry, name=name).checked(getattr(request, name) or values[parameter]))

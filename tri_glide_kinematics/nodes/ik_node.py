@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from datetime import datetime
 from functools import partial
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
@@ -176,6 +177,7 @@ class IkNode(Node):
             self.get_namespace(),
             period,
             values["height_offsets"],
+            datetime.now,
             lambda text: self.get_logger().info(text),
             lambda text: self.get_logger().warning(text),
         )

@@ -54,6 +54,7 @@ class FaultRecorder:
         namespace: str,
         period: float,
         height_offsets: Vector3,
+        clock: Callable[[], datetime],
         tell: Callable[[str], object],
         warn: Callable[[str], object],
     ) -> None:
@@ -63,12 +64,13 @@ class FaultRecorder:
             namespace: of the machine.
             period: time from one setpoint to the next [s].
             height_offsets: true heights less those that the drives are told. Shape (3,) [m].
+            clock: tells the time of the day.
             tell: gets a line about each file.
             warn: gets why there is none.
         """
         self._namespace = namespace
         self._offsets = height_offsets
-        self._tell, self._warn = tell, warn
+        self._clock, self._tell, self._warn = clock, tell, warn
         self._size = round((BEFORE + RAMP) / period) * ROW.size
         self._rows, self._count = bytearray(self._size), 0
         self._in_fault = False
@@ -90,7 +92,7 @@ class FaultRecorder:
             leads: whether there are setpoints.
         """
         if fault is not None and not self._in_fault:
-            self._due = now + RAMP, f"{datetime.now():%Y-%m-%d %H:%M:%S}, {fault}"
+            self._due = now + RAMP, f"{self._clock():%Y-%m-%d %H:%M:%S}, {fault}"
         self._in_fault = fault is not None
         if self._due is None or (leads and self._in_fault and now < self._due[0]):
             return
@@ -112,7 +114,7 @@ class FaultRecorder:
             part = rows[order[some]] - offsets
             lines += (",".join(map(repr, row)) for row in part.tolist())
             time.sleep(PAUSE)
-        name = f"fault_{datetime.now():%Y-%m-%d_%H-%M-%S.%f}{TABLE_ENDING}"
+        name = f"fault_{self._clock():%Y-%m-%d_%H-%M-%S.%f}{TABLE_ENDING}"
         try:
             folder = fault_folder(self._namespace)
             folder.mkdir(parents=True, exist_ok=True)

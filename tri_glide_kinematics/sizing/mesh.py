@@ -79,7 +79,7 @@ def surface(workspace: Workspace, cells: int = CELLS) -> Mesh:
     inside = _are_inside(workspace, corners.reshape(-1, 2)).reshape(counts)
     if not inside.any():
         return none
-    places, polygons = _cut_out(workspace, corners, inside, step)
+    places, polygons = _cut_out(workspace, corners, inside)
     used, numbers = np.unique(np.concatenate(polygons), return_inverse=True)
     polygons = np.split(numbers, np.cumsum([len(polygon) for polygon in polygons])[:-1])
     places = places[used]
@@ -113,51 +113,39 @@ def _are_inside(workspace: Workspace, places: FloatArray) -> BoolArray:
 
 
 def _cut_out(
-    workspace: Workspace, corners: FloatArray, inside: BoolArray, step: float
+    workspace: Workspace, corners: FloatArray, inside: BoolArray
 ) -> tuple[FloatArray, list[IndexArray]]:
     """Return the places of a cut grid and the polygons of its cells, counter-clockwise.
 
     Each line of the grid that leaves the workspace has one more place, where it does.
     """
-    shape = inside.shape
-    numbers = np.arange(inside.size).reshape(shape)
-    places = [corners.reshape(-1, 2)]
-    edges: dict[tuple[int, int], int] = {}
-    count = inside.size
-    for axis in range(2):
-        ahead = np.roll(np.arange(shape[axis]), -1)[:-1]
-        first = np.take(inside, range(shape[axis] - 1), axis=axis)
-        second = np.take(inside, ahead, axis=axis)
-        starts, ends = np.where(first != second), [*np.where(first != second)]
-        ends[axis] = ends[axis] + 1
-        begin, end = corners[starts], corners[tuple(ends)]
-        is_in = inside[starts][:, np.newaxis]
-        within, outside = np.where(is_in, begin, end), np.where(is_in, end, begin)
-        near, far = np.zeros(len(begin)), np.ones(len(begin))
-        for _ in range(HALVINGS):
-            middle = 0.5 * (near + far)
-            tried = _are_inside(workspace, within + middle[:, np.newaxis] * (outside - within))
-            near, far = np.where(tried, middle, near), np.where(tried, far, middle)
-        part = np.clip(near, APART, 1.0 - APART)[:, np.newaxis]
-        places.append(within + part * (outside - within))
-        for index, (one, other) in enumerate(
-            zip(numbers[starts].tolist(), numbers[tuple(ends)].tolist())
-        ):
-            edges[one, other] = edges[other, one] = count + index
-        count += len(begin)
+    numbers = np.arange(inside.size).reshape(inside.shape)
+    corners, is_in = corners.reshape(-1, 2), inside.ravel()
+    around = numbers[:-1, :-1], numbers[1:, :-1], numbers[1:, 1:], numbers[:-1, 1:]
+    cells = np.stack(around, axis=-1).reshape(-1, 4)
+    cells = cells[is_in[cells].any(axis=1)]
+    sides = np.stack((cells, np.roll(cells, -1, axis=1)), axis=-1).reshape(-1, 2)
+    leaving = sides[is_in[sides[:, 0]] & ~is_in[sides[:, 1]]]
+    entering = sides[~is_in[sides[:, 0]] & is_in[sides[:, 1]]]
+    lines = np.unique(np.concatenate((leaving, entering[:, ::-1])), axis=0)
+    within, outside = corners[lines[:, 0]], corners[lines[:, 1]]
+    near, far = np.zeros((len(lines), 1)), np.ones((len(lines), 1))
+    for _ in range(HALVINGS):
+        middle = 0.5 * (near + far)
+        tried = _are_inside(workspace, within + middle * (outside - within))[:, np.newaxis]
+        near, far = np.where(tried, middle, near), np.where(tried, far, middle)
+    edge = within + np.clip(near, APART, 1.0 - APART) * (outside - within)
+    edge_of = {(one, other): inside.size + k for k, (one, other) in enumerate(lines.tolist())}
     polygons = []
-    flags = inside[:-1, :-1] | inside[1:, :-1] | inside[1:, 1:] | inside[:-1, 1:]
-    flat = inside.ravel().tolist()
-    for i, j in np.argwhere(flags).tolist():
-        around = numbers[i, j], numbers[i + 1, j], numbers[i + 1, j + 1], numbers[i, j + 1]
+    for cell in cells.tolist():
         polygon = []
-        for one, other in zip(around, (*around[1:], around[0])):
-            if flat[one]:
-                polygon.append(int(one))
-            if flat[one] != flat[other]:
-                polygon.append(edges[int(one), int(other)])
+        for one, other in zip(cell, (*cell[1:], cell[0])):
+            if is_in[one]:
+                polygon.append(one)
+            if is_in[one] != is_in[other]:
+                polygon.append(edge_of[(one, other) if is_in[one] else (other, one)])
         polygons.append(np.array(polygon))
-    return np.concatenate(places), polygons
+    return np.concatenate((corners, edge)), polygons
 
 
 def _rim(triangles: IndexArray) -> IndexArray:

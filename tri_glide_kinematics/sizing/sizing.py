@@ -14,6 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tri_glide_kinematics.dynamics import Masses
+from tri_glide_kinematics.files import parameter_file
+from tri_glide_kinematics.keys import in_a_line
 from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.sizing.fields import TIGHTNESS, Cells, Extremes, Loads, largest_over
 from tri_glide_kinematics.sizing.wish import (
@@ -28,7 +30,6 @@ from tri_glide_kinematics.sizing.wish import (
 )
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import FloatArray
-from tri_glide_kinematics.wording import number_text
 from tri_glide_kinematics.workspace import WorkspaceLimits
 
 DEMANDS = tuple(Demand)
@@ -346,7 +347,7 @@ def sizing_of(
     )
 
 
-FIRST_LINE = "# Parameters of a machine that was sized by tri_glide_kinematics."
+FIRST_LINE = "Parameters of a machine that was sized by tri_glide_kinematics."
 
 
 def parameter_text(sizing: Sizing) -> str:
@@ -374,17 +375,12 @@ def parameter_text(sizing: Sizing) -> str:
         "initial_heights": sizing.machine.inverse((*level, 0.5 * (low + high))),
         "encoder_resolution": sizing.wish.drive_resolution,
     }
-    head = [FIRST_LINE, "", "/**:", "  ros__parameters:"]
-    return "\n".join([*head, *(f"    {name}: {_text(each)}" for name, each in values.items()), ""])
+    rows = [(name, in_a_line(_rounded(value)), "") for name, value in values.items()]
+    return parameter_file((FIRST_LINE,), "/**", rows)
 
 
-def _text(value: str | float | tuple[float, ...]) -> str:
-    """Return a value as YAML takes it; each number for one with decimals."""
-    if isinstance(value, str):
-        return value
+def _rounded(value: str | float | tuple[float, ...]) -> str | float | list[float]:
+    """Return a text as it is, and numbers in twelve digits."""
     if isinstance(value, tuple):
-        return f"[{', '.join(map(_text, value))}]"
-    text = number_text(value, 12, 0.0)
-    if "." in text:
-        return text
-    return text.replace("e", ".0e") if "e" in text else f"{text}.0"
+        return [float(f"{each:.12g}") + 0.0 for each in value]
+    return value if isinstance(value, str) else float(f"{value:.12g}") + 0.0

@@ -24,8 +24,14 @@ Matrix3 = tuple[Vector3, Vector3, Vector3]
 # A float, or an array of them.
 Number = Any
 
+Triple = tuple[Number, Number, Number]
+Function = Callable[..., Number]
+
 # Below this the eigenvalues are equal, and the angle between them has no meaning.
 NO_SPREAD = 1e-100
+
+# Of arrays: root, cosine, its inverse, the smaller and the larger of two.
+OF_ARRAYS = (np.sqrt, np.cos, np.arccos, np.minimum, np.maximum)
 
 
 def extreme_singular_values(matrix: Matrix3) -> tuple[float, float]:
@@ -53,17 +59,12 @@ def extreme_singular_values_batch(
     Returns:
         Largest and smallest singular values, each of shape (n,).
     """
-    count = matrices.shape[2]
-    # The matrices and their cross products side by side, so that both are worked on at once.
-    both = np.empty((3, 3, 2 * count))
-    both[:, :, :count] = matrices
-    following, preceding = matrices[[1, 2, 0]], matrices[[2, 0, 1]]
-    columns = both[:, :, count:]
-    np.multiply(following[:, [1, 2, 0]], preceding[:, [2, 0, 1]], out=columns)
-    columns -= following[:, [2, 0, 1]] * preceding[:, [1, 2, 0]]
-    determinant = np.einsum("jn,jn->n", matrices[0], columns[0])
-    largest = _largest_batch(both)
-    return largest[:count], determinant / largest[count:]
+    row1, row2, row3 = matrices
+    column1, column2, column3 = cross(row2, row3), cross(row3, row1), cross(row1, row2)
+    largest = _largest_singular_value(row1, row2, row3, *OF_ARRAYS)
+    return largest, dot(row1, column1) / _largest_singular_value(
+        column1, column2, column3, *OF_ARRAYS
+    )
 
 
 def least_rises(
@@ -148,7 +149,16 @@ def _steepest(arms: list[tuple[float, Number]], radius: Number) -> Number:
     return sqrt(total) if isinstance(total, float) else np.sqrt(total)
 
 
-def _largest_singular_value(a: Vector3, b: Vector3, c: Vector3) -> float:
+def _largest_singular_value(
+    a: Triple,
+    b: Triple,
+    c: Triple,
+    sqrt: Function = sqrt,
+    cos: Function = cos,
+    acos: Function = acos,
+    smaller: Function = min,
+    larger: Function = max,
+) -> Number:
     """Return the largest singular value of the matrix with these rows (or columns)."""
     # Written out, as it runs for each sample of a path.
     (a1, a2, a3), (b1, b2, b3), (c1, c2, c3) = a, b, c
@@ -161,29 +171,9 @@ def _largest_singular_value(a: Vector3, b: Vector3, c: Vector3) -> float:
     mean = (aa + bb + cc) / 3.0
     aa, bb, cc = aa - mean, bb - mean, cc - mean
     off_diagonal = ab * ab + bc * bc + ca * ca
-    spread = sqrt((aa * aa + bb * bb + cc * cc + 2.0 * off_diagonal) / 6.0)
-    if spread <= NO_SPREAD:
-        return sqrt(mean)
+    spread = larger(sqrt((aa * aa + bb * bb + cc * cc + 2.0 * off_diagonal) / 6.0), NO_SPREAD)
     half_determinant = (
         aa * (bb * cc - bc * bc) - ab * (ab * cc - bc * ca) + ca * (ab * bc - bb * ca)
     ) / 2.0
-    cosine = half_determinant / (spread * spread * spread)
-    return sqrt(mean + 2.0 * spread * cos(acos(max(-1.0, min(1.0, cosine))) / 3.0))
-
-
-def _largest_batch(rows: FloatArray) -> FloatArray:
-    """Return the same for ``rows`` of shape (3, 3, n)."""
-    diagonal = np.einsum("ijn,ijn->in", rows, rows)
-    others = np.einsum("ijn,ijn->in", rows, rows[[1, 2, 0]])
-    mean = diagonal.sum(axis=0) / 3.0
-    diagonal -= mean
-    aa, bb, cc = diagonal
-    ab, bc, ca = others
-    squares = np.einsum("in,in->n", diagonal, diagonal)
-    squares += 2.0 * np.einsum("in,in->n", others, others)
-    spread = np.maximum(np.sqrt(squares / 6.0), NO_SPREAD)
-    half_determinant = 0.5 * (
-        aa * (bb * cc - bc * bc) - ab * (ab * cc - bc * ca) + ca * (ab * bc - bb * ca)
-    )
-    cosine = np.minimum(np.maximum(half_determinant / (spread * spread * spread), -1.0), 1.0)
-    return np.asarray(np.sqrt(mean + 2.0 * spread * np.cos(np.arccos(cosine) / 3.0)))
+    cosine = smaller(larger(half_determinant / (spread * spread * spread), -1.0), 1.0)
+    return sqrt(mean + 2.0 * spread * cos(acos(cosine) / 3.0))

@@ -143,11 +143,11 @@ class TriGlide:
     """
 
     __slots__ = (
-        "_compiled",
         "_forward_constants",
         "_inverse_constants",
         "_rate_constants",
         "_single_mode",
+        "_solved",
         "geometry",
     )
 
@@ -161,7 +161,8 @@ class TriGlide:
                 installed, they work as without this.
         """
         self.geometry = geometry
-        self._compiled = compiled and batch.numba_is_installed()
+        is_compiled = compiled and batch.numba_is_installed()
+        self._solved = batch.by_loop if is_compiled else batch.by_blocks
         (x1, y1), (x2, y2), (x3, y3) = geometry.anchors
         length1, length2, length3 = geometry.arm_lengths
         area = geometry.doubled_area
@@ -452,10 +453,8 @@ class TriGlide:
             WrongShapeError: if ``positions`` has another shape.
         """
         rows = array_of_shape("positions", positions, (None, 3))
-        constants, single_mode = self._inverse_constants, self._single_mode
-        if self._compiled:
-            return batch.filled(batch.inverse_loop, rows, constants, single_mode)
-        return batch.inverse_batch(constants, rows, single_mode=single_mode)
+        constants = (*self._inverse_constants, self._single_mode)
+        return self._solved(batch.inverse, constants, rows)
 
     def forward_batch(self, heights: ArrayLike) -> FloatArray:
         """Return the platform positions of many slider heights.
@@ -470,9 +469,7 @@ class TriGlide:
             WrongShapeError: if ``heights`` has another shape.
         """
         rows = array_of_shape("heights", heights, (None, 3))
-        if self._compiled:
-            return batch.filled(batch.forward_loop, rows, self._forward_constants)
-        return batch.forward_batch(self._forward_constants, rows)
+        return self._solved(batch.forward, self._forward_constants, rows)
 
     def condition_number_batch(self, positions: ArrayLike) -> FloatArray:
         """Return the condition number of the Jacobian of many positions, as for a map.

@@ -4,7 +4,7 @@ from concurrent.futures import Future
 
 import pytest
 
-from tri_glide_kinematics.calibration.session import Delivery, Leading, LeadingError
+from tri_glide_kinematics.calibration.session import Delivery, Leader, Leading, LeadingError
 
 HEIGHTS = (0.6, 0.61, 0.62)
 
@@ -44,27 +44,40 @@ def test_courses_go_on_side_by_side_and_one_that_fails_holds_up_nobody():
 @pytest.mark.parametrize(("error", "stamp"), [(0.05, 7.05), (-0.2, 7.0), (1e9, 7.0)])
 def test_a_stamp_by_another_clock_is_none(error, stamp):
     leading = Leading()
-    assert leading.measured(HEIGHTS, 7.0 + error, Delivery(7.0, 7.0, 1.0)) == stamp
+    for late in (-1.0, 0.0, 1.0):
+        sent = Delivery(7.0 + late, 7.0 + late, 7.0 + late)
+        leading.measured((late, 0.0, 0.0), 7.0 + late + error, sent)
+    assert leading.record.at(stamp)[0] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_one_leads_until_it_has_ended():
-    leading, ends = Leading(), []
+def looking(leading, seen):
+    while True:
+        seen.append((yield from leading.next_look(1.0)))
+
+
+def test_one_leads_until_it_has_to_end():
+    leading, seen = Leading(), []
     leading.check_free()
     assert not leading.stop()
-    future = begun(leading, leading.lead(steps(1, None), "a dance", ends.append))
+    future = begun(leading, leading.lead(Leader(), looking(leading, seen), "a dance"))
     with pytest.raises(LeadingError, match="a dance is under way"):
         leading.check_free()
+    leading.look(0.5)
+    leading.fail("somebody else dances")
     assert leading.stop()
-    assert ends == ["stop was asked for"]
     leading.look(1.0)
-    assert future.done()
+    with pytest.raises(LeadingError, match=r"^somebody else dances$"):
+        future.result()
+    assert seen == [0.5]
     leading.check_free()
 
 
-def test_one_that_breaks_leads_no_more():
+def test_one_that_was_held_up_leads_no_more():
     leading = Leading()
-    begun(leading, leading.lead(failing(ZeroDivisionError("x")), "a dance", lambda reason: None))
-    leading.look(1.0)
+    future = begun(leading, leading.lead(Leader(), looking(leading, []), "a dance"))
+    leading.look(1.5)
+    with pytest.raises(LeadingError, match=r"this node was held up for 1\.5 s"):
+        future.result()
     leading.check_free()
 
 

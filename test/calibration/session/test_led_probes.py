@@ -7,8 +7,19 @@ import pytest
 from controller_rig import MACHINE
 from led_machine import CYCLES, PERIOD, WALL, LedMachine
 
-from tri_glide_kinematics.calibration.session import BACK_TOLERANCE, Delivery, ProbeSettings
-from tri_glide_kinematics.control import IDLE, JOGGING, STOPPING, WAS_STOPPED, Cause
+from tri_glide_kinematics.calibration.session import BACK_TOLERANCE, Delivery, ProbeSettings, probe
+from tri_glide_kinematics.control import (
+    DISABLED,
+    FAULT,
+    IDLE,
+    JOGGING,
+    MOVING,
+    PAUSED,
+    STOPPING,
+    TRACKING,
+    WAS_STOPPED,
+    Cause,
+)
 from tri_glide_kinematics.simulation import SimulatedPlate
 
 PLATE = 0.2
@@ -25,7 +36,7 @@ def machine():
 
 
 def begin(machine, settings=SETTINGS):
-    return machine.begin(machine.probes.probe(settings))
+    return machine.begin(probe(machine.leading, machine, machine.believed.position, settings))
 
 
 def on_its_way_down(machine, settings=SETTINGS):
@@ -39,6 +50,12 @@ def on_its_way_back(machine):
     future = begin(machine)
     machine.look_until(lambda: machine.twists and machine.twists[-1][1] > 0.0)
     machine.look_until(lambda: machine.place[2] > PLATE + 0.001)
+    return future
+
+
+def between_both_ways(machine):
+    future = on_its_way_down(machine)
+    machine.look_until(lambda: machine.twists[-1][1] == 0.0)
     return future
 
 
@@ -94,7 +111,7 @@ def test_heights_by_another_clock_have_the_time_at_which_they_were_sent(machine)
 def test_a_contact_by_another_clock_counts_for_nothing(machine):
     machine.has_switch = False
     future = on_its_way_down(machine)
-    machine.probes.contact(True, Delivery(0.0, WALL + machine.now, machine.now))
+    machine.leading.contact(True, Delivery(0.0, WALL + machine.now, machine.now))
     assert machine.failure_of(future).startswith("no measured heights from before and after the")
     assert machine.place == pytest.approx(ABOVE, abs=2.0 * BACK_TOLERANCE)
 
@@ -209,6 +226,128 @@ def test_somebody_else_who_leads_the_platform_is_left_to_it(machine):
     assert machine.place == pytest.approx((-0.04, 0.02, 0.25))
 
 
+STUCK = MACHINE.inverse((0.03, -0.02, PLATE + 0.0025))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words", "comes_back"),
+    [
+        ({"has_switch": False}, "nothing about the contact for 0.5 s", True),
+        ({"seen": STUCK}, "the platform does not go down: ik_node is jogging: ", True),
+        ({"tells_heights": False}, "no measured heights for 0.5 s", False),
+        (
+            {"seen": MACHINE.inverse((0.033, -0.02, PLATE + 0.0025))},
+            "the platform is 3 mm away from its way down: somebody else leads it",
+            False,
+        ),
+    ],
+)
+def test_what_goes_wrong_on_the_way_down_ends_it(machine, wrong, words, comes_back):
+    machine.plate = SimulatedPlate(0.0, 0.0, 0.0)
+    future = on_its_way_down(machine, ProbeSettings(0.005, 1.0, 0.5))
+    vars(machine).update(wrong)
+    assert machine.failure_of(future).startswith(words)
+    assert any(speed > 0.0 for _, speed in machine.twists) is comes_back
+    assert machine.twists[-1][1] == (0.0 if comes_back else -0.005)
+
+
+def test_heights_without_a_place_are_no_progress(machine):
+    machine.plate = SimulatedPlate(0.0, 0.0, 0.0)
+    future = on_its_way_down(machine)
+    # No arms are so long.
+    machine.seen = (0.1, 0.9, 0.9)
+    assert machine.failure_of(future) == "no measured heights for 0.5 s"
+
+
+@pytest.mark.parametrize("begun", [on_its_way_down, on_its_way_back])
+@pytest.mark.parametrize(
+    ("state", "words"),
+    [
+        (MOVING, "ik_node is moving: as told"),
+        (TRACKING, "ik_node is tracking: as told"),
+        (PAUSED, "ik_node is paused: as told"),
+        (FAULT, "ik_node is fault: as told"),
+        (DISABLED, "ik_node is disabled: as told"),
+        (STOPPING, "it was stopped: as told"),
+        (IDLE, "it was stopped: as told"),
+        (None, "ik_node is not heard yet: as told"),
+    ],
+)
+def test_who_else_leads_the_machine_is_left_to_it(machine, begun, state, words):
+    future = begun(machine)
+    count = len(machine.twists)
+    machine.tell_state(state)
+    # Of several reasons the first counts.
+    machine.tell_state(MOVING)
+    machine.look()
+    assert future.done()
+    assert len(machine.twists) == count
+    if begun is on_its_way_back:
+        assert future.result().text == words
+    else:
+        assert machine.failure_of(future) == words
+
+
+@pytest.mark.parametrize("state", [STOPPING, IDLE])
+def test_a_stop_between_the_way_down_and_the_way_back_ends_it(machine, state):
+    future = between_both_ways(machine)
+    machine.tell_state(state, more_stops=1)
+    assert machine.result_of(future).text == WAS_STOPPED
+    assert not any(speed > 0.0 for _, speed in machine.twists)
+
+
+def test_time_in_which_nobody_listened_is_no_silence(machine):
+    future = on_its_way_down(machine)
+    machine.has_switch = machine.tells_heights = False
+    machine.hold_up(0.4)
+    machine.has_switch = machine.tells_heights = True
+    assert machine.result_of(future).text == ""
+
+
+@pytest.mark.parametrize(("timeout", "gap"), [(0.5, 3.0), (0.5, 0.6), (0.0, 0.6), (0.2, 0.3)])
+def test_a_probe_that_was_held_up_itself_ends(machine, timeout, gap):
+    machine.plate = SimulatedPlate(0.0, 0.0, 0.0)
+    future = on_its_way_down(machine, ProbeSettings(0.005, 0.01, timeout))
+    count = len(machine.twists)
+    machine.hold_up(gap)
+    assert re.match("this node was held up for", machine.failure_of(future))
+    assert len(machine.twists) == count
+
+
+def test_a_contact_that_closes_on_the_way_back_is_told_with_a_stop(machine):
+    future = on_its_way_back(machine)
+    machine.plate = SimulatedPlate(1.0, 0.0, 0.0)
+    assert machine.result_of(future).text == "the contact closes on the way back"
+    assert machine.twists[-1][1] == 0.0
+    assert machine.place[2] < PLATE + 0.0015
+
+
+def test_a_platform_that_moves_down_on_its_way_back_is_told_with_a_stop(machine):
+    future = on_its_way_back(machine)
+    x, y, z = machine.place
+    machine.seen = MACHINE.inverse((x, y, z - 4e-4))
+    assert machine.result_of(future).text == "the platform moves down on its way back"
+    assert machine.twists[-1][1] == 0.0
+    assert machine.place[2] < PLATE + 0.0015
+
+
+def test_a_platform_that_does_not_come_back_is_told(machine):
+    """Its touch counts, though measurements are not kept for so long."""
+    future = on_its_way_back(machine)
+    machine.seen = machine.heights
+    result = machine.result_of(future)
+    assert result.text.startswith("the platform is not back after 15.3 s: ik_node is jogging: ")
+    assert MACHINE.forward(result.heights)[2] == pytest.approx(PLATE, abs=EXACT)
+
+
+def test_sliders_that_do_not_come_to_rest_are_told(machine):
+    future = between_both_ways(machine)
+    begun = machine.now
+    machine.shake_until(future.done)
+    assert future.result().text == "the sliders do not come to rest within 5 s"
+    assert machine.now - begun == pytest.approx(5.0, abs=4 * LOOK)
+
+
 @pytest.mark.parametrize("begun", [on_its_way_down, on_its_way_back])
 def test_our_own_stop_ends_a_probe(machine, begun):
     future = begun(machine)
@@ -243,14 +382,3 @@ def test_a_switch_and_measurements_that_die_together_end_a_probe(machine):
     machine.has_switch = machine.measures = False
     assert machine.failure_of(future)
     machine.look_until(lambda: not machine.controller.progress.speed > 0.0)
-
-
-def test_heights_without_a_place_are_no_progress(machine):
-    machine.plate = SimulatedPlate(PLATE - 0.005, 0.0, 0.0)
-    future = on_its_way_down(machine)
-    machine.tells_heights = False
-    for _ in range(200):
-        # No arms are so long.
-        machine.probes.measured((0.1, 0.9, 0.9), machine.now)
-        machine.look()
-    assert "no measured heights for 0.5 s" in machine.failure_of(future)

@@ -1,12 +1,14 @@
 """Searches for modes that lead a controller with a swing behind it, in the time of its cycles."""
 
+import math
 import re
+from dataclasses import replace
 
 import pytest
-from led_machine import LedMachine
+from led_machine import WALL, LedMachine
 
-from tri_glide_kinematics.calibration.ringdown import combine_modes, find_modes
-from tri_glide_kinematics.calibration.session import SwingSettings
+from tri_glide_kinematics.calibration.ringdown import Quantity, combine_modes, find_modes
+from tri_glide_kinematics.calibration.session import Delivery, SwingSettings, swing_search
 from tri_glide_kinematics.control import DISABLED, IDLE, MOVING, WAS_STOPPED
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.simulation import PlatformMode
@@ -29,7 +31,7 @@ def machine():
 
 
 def begin(machine, settings=ALONG_X, names=None):
-    return machine.begin(machine.swings.search(settings, names))
+    return machine.begin(swing_search(machine.leading, machine, settings, names))
 
 
 def between_two_moves(machine, settings=ALONG_X):
@@ -132,12 +134,6 @@ def test_parameters_that_do_not_come_are_told(machine):
     assert machine.result_of(begin(machine)).failure is None
 
 
-def test_one_search_at_a_time_asks_for_parameters(machine):
-    first, second = begin(machine), begin(machine)
-    assert machine.failure_of(second) == "another search for modes is about to begin"
-    assert machine.result_of(first).failure is None
-
-
 def test_one_that_comes_while_another_waits_for_rest_is_refused_once_that_leads(machine):
     first = begin(machine)
     machine.shake(0.1)
@@ -237,17 +233,118 @@ def test_a_target_of_somebody_else_takes_the_place_of_a_move(machine):
 
 
 @pytest.mark.parametrize(
-    ("lacks", "words"),
+    ("wrong", "words"),
     [
-        ("feels", "0 samples with ascending stamps have come on /cell/imu/data_raw"),
-        ("stamps_samples", "0 samples "),
-        ("measures_acceleration", "the sensor on imu/data_raw measures no accelerations"),
+        (
+            {"feels": False},
+            "0 samples with ascending stamps have come on /cell/imu/data_raw in 3 s",
+        ),
+        ({"stamp_of": lambda sent: 0.0}, "0 samples with ascending stamps"),
+        ({"stamp_of": lambda sent: 7.0}, "1 samples with ascending stamps"),
+        ({"measures_acceleration": False}, "the sensor on imu/data_raw measures no accelerations"),
+        ({"tells_setpoints": False}, "ik_node has told of no setpoints on motion_state in 3 s: ik"),
     ],
 )
-def test_without_an_accelerometer_that_tells_all_a_search_says_so(machine, lacks, words):
-    setattr(machine, lacks, False)
+def test_without_samples_and_setpoints_nothing_moves(machine, wrong, words):
+    vars(machine).update(wrong)
     assert machine.result_of(begin(machine)).failure.startswith(words)
     assert not machine.moves
+
+
+def test_a_recording_begins_when_the_setpoints_rest_and_has_the_stamps_of_the_sensor(machine):
+    # Stamps are by another clock than that of the computer.
+    machine.stamp_of = lambda sent: sent + 5e4
+    future = between_two_moves(machine)
+    rested = machine.now + WALL + 5e4
+    search = machine.result_of(future)
+    assert len(search.recordings) == 3
+    assert search.recordings[0].times[0] == pytest.approx(rested, abs=0.025)
+    for recording in search.recordings:
+        assert recording.quantity is Quantity.ACCELERATION
+        assert recording.times[-1] - recording.times[0] == pytest.approx(1.0, abs=0.01)
+
+
+def test_samples_that_are_missing_now_and_then_end_nothing(machine):
+    future = between_two_moves(machine)
+    for index in range(100):
+        machine.feels = index % 10 != 0
+        machine.look()
+    sent = machine.now + WALL
+    machine.leading.leader.sample(
+        (math.nan, 0.0, 0.0), sent + 1e-4, Delivery(sent, sent, machine.now)
+    )
+    assert machine.result_of(future).failure is None
+
+
+def test_too_few_samples_are_told(machine):
+    future = between_two_moves(machine, replace(ALONG_X, duration=0.5))
+    machine.feels = False
+    machine.pass_time(0.6)
+    machine.feels = True
+    assert machine.result_of(future).failure == (
+        "1 samples have come on /cell/imu/data_raw in 0.5 s, at least 10 are needed"
+    )
+
+
+@pytest.mark.parametrize(
+    ("quiet", "words"),
+    [
+        ("tells_setpoints", "ik_node has told nothing on motion_state for 1 s: does it run?"),
+        ("feels", "no sample has come on /cell/imu/data_raw for 1 s"),
+    ],
+)
+def test_silence_ends_a_search(machine, quiet, words):
+    future = between_two_moves(machine, replace(ALONG_X, duration=5.0))
+    setattr(machine, quiet, False)
+    assert machine.result_of(future).failure == words
+    assert len(machine.moves) == 1
+
+
+def test_setpoints_that_end_are_told(machine):
+    future = between_two_moves(machine)
+    machine.tells_setpoints = False
+    sent = machine.now + WALL
+    machine.leading.leader.setpoints(None, Delivery(sent, sent, machine.now))
+    assert machine.result_of(future).failure == "ik_node leads the machine no more"
+
+
+def listening(machine):
+    future = begin(machine)
+    machine.look_until(lambda: machine.listens)
+    return future
+
+
+def moving(machine):
+    future = begin(machine)
+    machine.look_until_state(MOVING)
+    machine.look()
+    return future
+
+
+@pytest.mark.parametrize("begun", [listening, moving, between_two_moves])
+def test_a_stop_of_ik_node_ends_the_search_where_nothing_moves_too(machine, begun):
+    future = begun(machine)
+    count = len(machine.moves)
+    machine.tell_state(IDLE, more_stops=1)
+    assert machine.result_of(future).failure == WAS_STOPPED
+    assert len(machine.moves) == count
+
+
+def test_who_was_held_up_does_not_go_on(machine):
+    future = between_two_moves(machine)
+    machine.hold_up(2.0)
+    assert machine.result_of(future).failure.startswith("this node was held up for 2")
+    assert len(machine.moves) == 1
+
+
+def test_a_goal_whose_end_is_not_told_is_given_up(machine, monkeypatch):
+    room = "tri_glide_kinematics.calibration.session"
+    monkeypatch.setattr(f"{room}.swinging.LONGEST_MOVE", 3.0)
+    machine.goals_end = False
+    future = begin(machine)
+    failure = machine.result_of(future).failure
+    assert failure.startswith("the move has not ended after 4 s: ik_node is idle: ")
+    assert machine.goals[0].is_cancelled
 
 
 @pytest.mark.parametrize("delay", [1.5, -1.5])

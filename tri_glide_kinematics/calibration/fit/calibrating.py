@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -160,67 +161,63 @@ def check_count(model: MeasurementModel) -> None:
             raise TooFewMeasurementsError(what, count, needed, why)
 
 
+def _check_unit(
+    what: str, length: float, expected: str, least: float = 0.0, most: float = math.inf
+) -> None:
+    """Check that a ``length`` has the size of one in metres, from ``least`` to ``most``.
+
+    Raises:
+        WrongUnitError: if it has not; its text asks for the unit.
+    """
+    if abs(length) > most:
+        raise WrongUnitError(what, length, expected, IN_MILLIMETRES)
+    if abs(length) < least:
+        raise WrongUnitError(what, length, expected, IN_METRES)
+
+
 def check_machine(machine: MachineParameters) -> None:
     """Check that a nominal machine has the size of one.
 
     Raises:
         WrongUnitError: if it does not; its text asks for the unit.
     """
+    expected = f"at most {LARGEST_LENGTH:g} m is expected, of an arm at least {SHORTEST_ARM:g} m"
     for name, value in zip(PARAMETER_NAMES, machine.vector.tolist()):
-        if abs(value) > LARGEST_LENGTH:
-            expected = f"at most {LARGEST_LENGTH:g} m is expected"
-            raise WrongUnitError(f"nominal {name}", value, expected, IN_MILLIMETRES)
-        if name.startswith("arm length") and value < SHORTEST_ARM:
-            expected = f"at least {SHORTEST_ARM:g} m is expected"
-            raise WrongUnitError(f"nominal {name}", value, expected, IN_METRES)
+        least = SHORTEST_ARM if name.startswith("arm length") else 0.0
+        _check_unit(f"nominal {name}", value, expected, least, LARGEST_LENGTH)
 
 
-def check_priors(priors: Priors, longest_arm: float) -> None:
-    """Check that no standard deviation of what is assumed is as long as an arm.
-
-    Raises:
-        WrongUnitError: if one is; its text asks for the unit.
-    """
-    expected = f"the longest arm {number_text(longest_arm)} m"
-    for name in PRIOR_KINDS:
-        value = getattr(priors, name)
-        if value > longest_arm:
-            what = f"standard deviation of {name} in the priors"
-            raise WrongUnitError(what, value, expected, IN_MILLIMETRES)
-
-
-def check_units(measurements: Sequence[Measurement], longest_arm: float) -> None:
+def check_units(
+    measurements: Sequence[Measurement], priors: Priors | None, longest_arm: float
+) -> None:
     """Check that all lengths may belong to a machine with such an arm.
 
     Raises:
         WrongUnitError: if one does not; its text asks for the unit.
     """
     expected = f"the longest arm {number_text(longest_arm)} m"
+    far, near = FAR_FROM_AN_ARM * longest_arm, longest_arm / FAR_FROM_AN_ARM
+    narrow, wide = SMALLEST_DEVIATION * longest_arm, LARGEST_DEVIATION * longest_arm
     largest_height = 0.0
     for name, one in zip(names_of(measurements), measurements):
-        heights = max((value for row in heights_of(one) for value in row), key=abs)
-        largest_height = max(largest_height, abs(heights))
-        lengths = {f"height of {name}": heights}
+        height = max((value for row in heights_of(one) for value in row), key=abs)
+        largest_height = max(largest_height, abs(height))
+        _check_unit(f"height of {name}", height, expected, most=far)
         if isinstance(one, MeasuredPosition):
-            lengths[f"coordinate of {name}"] = max(one.position, key=abs)
-        if isinstance(one, Touch) and one.plate.height is not None:
-            lengths[f"height of plate {one.plate.name!r}"] = one.plate.height
-        if isinstance(one, Distance):
-            lengths[f"length of {name}"] = one.distance
-            if one.distance < longest_arm / FAR_FROM_AN_ARM:
-                raise WrongUnitError(f"length of {name}", one.distance, expected, IN_METRES)
-        for what, value in lengths.items():
-            if abs(value) > FAR_FROM_AN_ARM * longest_arm:
-                raise WrongUnitError(what, value, expected, IN_MILLIMETRES)
-        deviation = one.standard_deviation
-        if deviation > LARGEST_DEVIATION * longest_arm:
-            raise WrongUnitError(
-                f"standard deviation of {name}", deviation, expected, IN_MILLIMETRES
-            )
-        if deviation < SMALLEST_DEVIATION * longest_arm:
-            raise WrongUnitError(f"standard deviation of {name}", deviation, expected, IN_METRES)
-    if measurements and largest_height < longest_arm / FAR_FROM_AN_ARM:
-        raise WrongUnitError("largest height", largest_height, expected, IN_METRES)
+            coordinate = max(one.position, key=abs)
+            _check_unit(f"coordinate of {name}", coordinate, expected, most=far)
+        elif isinstance(one, Distance):
+            _check_unit(f"length of {name}", one.distance, expected, near, far)
+        else:
+            height = one.plate.height or 0.0
+            _check_unit(f"height of plate {one.plate.name!r}", height, expected, most=far)
+        what = f"standard deviation of {name}"
+        _check_unit(what, one.standard_deviation, expected, narrow, wide)
+    if measurements:
+        _check_unit("largest height", largest_height, expected, near)
+    for name in PRIOR_KINDS if priors is not None else ():
+        what = f"standard deviation of {name} in the priors"
+        _check_unit(what, getattr(priors, name), expected, most=longest_arm)
 
 
 def check_reach(model: MeasurementModel, state: State) -> None:
@@ -298,9 +295,7 @@ def calibrate(
     unknowns = Unknowns.of(measurements)
     model = MeasurementModel(measurements, unknowns)
     check_count(model)
-    check_units(measurements, max(nominal.arm_lengths))
-    if priors is not None:
-        check_priors(priors, max(nominal.arm_lengths))
+    check_units(measurements, priors, max(nominal.arm_lengths))
     start = starting_state(model, assumed.vector)
     check_reach(model, start)
     check_spread(model, start, Region.of(nominal))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -88,22 +89,10 @@ def information_of(solution: Solution, knowledge: Knowledge) -> FloatArray:
     return np.asarray(information)
 
 
-def gains_of(rows: Sequence[FloatArray], information: FloatArray) -> FloatArray:
-    """Return by how much each adds to the logarithm of the determinant of the machine's part.
-
-    That is the determinant of all, less that of plates and frames.
-    """
-    together = np.linalg.inv(information)
-    others = np.linalg.inv(information[MACHINE:, MACHINE:])
-
-    def gain(row: FloatArray) -> float:
-        eye = np.eye(len(row))
-        added = np.linalg.slogdet(eye + row @ together @ row.T)[1]
-        return float(
-            added - np.linalg.slogdet(eye + row[:, MACHINE:] @ others @ row[:, MACHINE:].T)[1]
-        )
-
-    return np.array([gain(row) for row in rows])
+def knowledge_of(information: FloatArray) -> float:
+    """Return the logarithm of the determinant of the machine's part: of all, less the others."""
+    others = information[MACHINE:, MACHINE:]
+    return float(np.linalg.slogdet(information)[1] - np.linalg.slogdet(others)[1])
 
 
 def _in_scale(matrix: FloatArray, scale: FloatArray) -> FloatArray:
@@ -485,13 +474,13 @@ class Calibration:
         rows = [_in_scale(matrix[part], scale) for part in model.rows]
         information = information_of(self._solution, self._knowledge)
         proposals: list[Proposal] = []
-        volume = 1.0
+        before = knowledge_of(information)
         left = list(range(len(candidates)))
         while left and len(proposals) < count:
-            gains = gains_of([rows[i] for i in left], information)
-            best = left.pop(first_largest(gains))
+            known = [knowledge_of(information + rows[i].T @ rows[i]) for i in left]
+            best = left.pop(first_largest(known))
             information = information + rows[best].T @ rows[best]
-            volume *= float(np.exp(-0.5 * gains.max()))
+            volume = math.exp(0.5 * (before - max(known)))
             proposals.append(replace(candidates[best], volume=volume))
         return tuple(proposals)
 

@@ -290,14 +290,7 @@ def leave_one_out(model: MeasurementModel, solution: Solution) -> list[Disagreem
     """Return the disagreement of each measurement of the solution, were it left out of the fit."""
     basis = np.linalg.qr(solution.design)[0]
     result = []
-    left = 1.0 - np.square(basis).sum(axis=1)
     for rows in model.rows:
-        if rows.stop - rows.start == 1:
-            residual, free_part = float(solution.residuals[rows.start]), float(left[rows.start])
-            checked = free_part > UNCHECKED
-            error = residual / free_part if checked else 0.0
-            result.append(Disagreement(residual * error, int(checked), np.array([error])))
-            continue
         part = basis[rows]
         # With H the part of the hat matrix: residual = (1 - H) error, covariance (1 - H)^-1.
         values, vectors = np.linalg.eigh(np.eye(len(part)) - part @ part.T)

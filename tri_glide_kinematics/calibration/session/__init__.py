@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.leading import KEPT as KEPT
     from tri_glide_kinematics.calibration.session.leading import Delivery as Delivery
     from tri_glide_kinematics.calibration.session.leading import HeightRecord as HeightRecord
+    from tri_glide_kinematics.calibration.session.leading import Leader as Leader
     from tri_glide_kinematics.calibration.session.leading import Leading as Leading
     from tri_glide_kinematics.calibration.session.leading import LeadingError as LeadingError
     from tri_glide_kinematics.calibration.session.leading import MachineView as MachineView
@@ -15,14 +16,10 @@ if TYPE_CHECKING:
         RecordingError as RecordingError,
     )
     from tri_glide_kinematics.calibration.session.probing import BACK_TOLERANCE as BACK_TOLERANCE
-    from tri_glide_kinematics.calibration.session.probing import LONGEST_STOP as LONGEST_STOP
-    from tri_glide_kinematics.calibration.session.probing import Probe as Probe
-    from tri_glide_kinematics.calibration.session.probing import ProbeDriver as ProbeDriver
-    from tri_glide_kinematics.calibration.session.probing import ProbePhase as ProbePhase
     from tri_glide_kinematics.calibration.session.probing import ProbeSettings as ProbeSettings
+    from tri_glide_kinematics.calibration.session.probing import probe as probe
     from tri_glide_kinematics.calibration.session.session import NO_PLACE as NO_PLACE
     from tri_glide_kinematics.calibration.session.session import NOT_SAID as NOT_SAID
-    from tri_glide_kinematics.calibration.session.session import Deviations as Deviations
     from tri_glide_kinematics.calibration.session.session import SavingError as SavingError
     from tri_glide_kinematics.calibration.session.session import Session as Session
     from tri_glide_kinematics.calibration.session.session import (
@@ -49,10 +46,8 @@ if TYPE_CHECKING:
     from tri_glide_kinematics.calibration.session.swinging import ACCELEROMETER as ACCELEROMETER
     from tri_glide_kinematics.calibration.session.swinging import STOPS as STOPS
     from tri_glide_kinematics.calibration.session.swinging import IkSettings as IkSettings
-    from tri_glide_kinematics.calibration.session.swinging import SwingDriver as SwingDriver
-    from tri_glide_kinematics.calibration.session.swinging import SwingPhase as SwingPhase
-    from tri_glide_kinematics.calibration.session.swinging import SwingSearch as SwingSearch
     from tri_glide_kinematics.calibration.session.swinging import SwingSettings as SwingSettings
     from tri_glide_kinematics.calibration.session.swinging import swing_moves as swing_moves
+    from tri_glide_kinematics.calibration.session.swinging import swing_search as swing_search
 
 __all__, __getattr__, __dir__ = when_first_used(__name__, __file__)

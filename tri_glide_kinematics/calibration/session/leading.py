@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from tri_glide_kinematics.control import IDLE, WAS_STOPPED, Cause, OperatingState
 from tri_glide_kinematics.errors import KinematicsError
+from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.vectors import Vector3, combined, minus
 from tri_glide_kinematics.wording import number_text
 
@@ -159,23 +160,50 @@ class Delivery(NamedTuple):
     now: float
 
 
+class Leader:
+    """One who leads the machine: it takes in what comes meanwhile, here nothing of it."""
+
+    def contact(self, is_touched: bool, delivery: Delivery) -> None:
+        """Take in what the switch says."""
+
+    def measured(self, heights: Vector3, stamp: float, delivery: Delivery) -> None:
+        """Take in reported heights [m], measured at a time by the clock of the sender [s]."""
+
+    def machine(self, view: MachineView) -> None:
+        """Take in what ik_node tells of itself."""
+
+    def target_pose(self) -> None:
+        """Notice a command of somebody else before it makes a state."""
+
+    def setpoints(self, state: SliderState | None, delivery: Delivery) -> None:
+        """Take in where ik_node commands the sliders to be; None if it does not lead them."""
+
+    def sample(self, values: Vector3 | None, stamp: float, delivery: Delivery) -> None:
+        """Take in what an accelerometer tells [m/s^2]; None if it measures no such thing."""
+
+
 class Leading:
     """Lets those who ask go on, in each look; one of them at a time leads the machine.
 
     Attributes:
         record: of reported heights.
         machine: what ik_node told last of itself.
+        is_touched: what the switch said last; None before it has said anything.
+        switch_heard: when that was, by a steady clock [s].
         now: time of the present look, by a steady clock [s].
+        leader: takes in what comes.
     """
 
     def __init__(self) -> None:
         """Lead for nobody yet."""
         self.record = HeightRecord()
         self.machine = MachineView()
-        self.now = 0.0
+        self.is_touched: bool | None = None
+        self.switch_heard = self.now = 0.0
+        self.leader = Leader()
         self._courses: list[tuple[Course[Any], Any]] = []
-        # The leader: its name, and the function that ends it.
-        self._leader: tuple[str, Callable[[str], None]] | None = None
+        # The name of the leader, empty if there is none, and why it has to end.
+        self._name = self._reason = ""
         self._stops_asked = 0
         self._end = ""
 
@@ -200,11 +228,21 @@ class Leading:
         except Exception as error:
             future.set_exception(error)
 
-    def measured(self, heights: Vector3, stamp: float, delivery: Delivery) -> float:
-        """Take in reported heights [m]; return their ``stamp`` [s], by the clock of the sender."""
+    def measured(self, heights: Vector3, stamp: float, delivery: Delivery) -> None:
+        """Take in reported heights [m] and their stamp [s], if that is by the sender's clock."""
         stamp = stamp if abs(delivery.sent - stamp) < LARGEST_STAMP_AGE else delivery.sent
         self.record.add(heights, stamp, delivery.now)
-        return stamp
+        self.leader.measured(heights, stamp, delivery)
+
+    def contact(self, is_touched: bool, delivery: Delivery) -> None:
+        """Take in what the switch says."""
+        self.is_touched, self.switch_heard = is_touched, delivery.now
+        self.leader.contact(is_touched, delivery)
+
+    def told(self, view: MachineView) -> None:
+        """Take in what ik_node tells of itself."""
+        self.machine = view
+        self.leader.machine(view)
 
     def resting_heights(self) -> Course[Vector3]:
         """Return the heights at which the sliders rest, as reported. Shape (3,) [m].
@@ -232,8 +270,8 @@ class Leading:
         Raises:
             LeadingError: if it is, or will not be any more.
         """
-        if self._leader is not None:
-            raise LeadingError(f"{self._leader[0]} is under way")
+        if self._name:
+            raise LeadingError(f"{self._name} is under way")
         if self._end:
             raise LeadingError(self._end)
 
@@ -259,21 +297,38 @@ class Leading:
         if self.machine.state is not IDLE:
             raise LeadingError(str(self.machine))
 
-    def lead(self, course: Course[None], name: str, end: Callable[[str], None]) -> Course[None]:
-        """Lead the machine along a ``course``; a stop calls ``end`` with the reason in words."""
-        self._leader = name, end
+    def lead(self, leader: Leader, course: Course[None], name: str) -> Course[None]:
+        """Lead the machine along the ``course`` of a ``leader``, whose looks are ``next_look``."""
+        self.leader, self._name, self._reason = leader, name, ""
         try:
             yield from course
         finally:
-            self._leader = None
+            self.leader, self._name = Leader(), ""
+
+    def next_look(self, longest: float) -> Course[float]:
+        """Wait for the next look of one who leads, and return the time until then [s].
+
+        Raises:
+            LeadingError: if there was a reason to end it, or it took longer than the ``longest``.
+        """
+        before = self.now
+        yield
+        gap = self.now - before
+        if self._reason:
+            raise LeadingError(self._reason)
+        if gap > longest:
+            raise LeadingError(f"this node was held up for {number_text(gap, 3)} s")
+        return gap
+
+    def fail(self, reason: str) -> None:
+        """End what leads the machine; of several reasons in one look, the first counts."""
+        self._reason = self._reason or reason
 
     def stop(self, reason: str = STOP_ASKED) -> bool:
         """End what leads the machine, and what waits for that; tell whether anything led it."""
         self._stops_asked += 1
-        if self._leader is None:
-            return False
-        self._leader[1](reason)
-        return True
+        self.fail(reason)
+        return bool(self._name)
 
     def end(self, reason: str) -> None:
         """Stop, and lead the machine no more."""

@@ -9,12 +9,12 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from enum import Enum
 from typing import Protocol
 
 from tri_glide_kinematics.calibration.session.leading import (
     Course,
     Delivery,
+    Leader,
     Leading,
     LeadingError,
     MachineView,
@@ -52,16 +52,6 @@ LARGEST_FALL = 3e-4
 CHATTER = 5e-4
 
 
-class ProbePhase(Enum):
-    """The phase of a probe."""
-
-    DOWN = "moves down"
-    STOPPING = "comes to rest"
-    BACK = "moves back"
-    RESTING = "comes to rest at the end"
-    ENDED = "has ended"
-
-
 @dataclass(frozen=True)
 class ProbeSettings:
     """How to probe.
@@ -95,193 +85,6 @@ class ProbeResult:
     text: str
 
 
-class Probe:
-    """One probe, from the first step down until the platform rests again.
-
-    Attributes:
-        phase: what it does.
-        contact_stamp: when the contact was made, by the clock of the machine [s]; None before.
-        failure: what went wrong, in words; None if nothing did.
-        lowest: where the platform was farthest down [m].
-    """
-
-    def __init__(self, settings: ProbeSettings, start: Vector3, now: float) -> None:
-        """Begin at rest.
-
-        Args:
-            settings: how to probe.
-            start: where the platform is. Shape (3,) [m].
-            now: time of a steady clock, as in all that follows [s].
-        """
-        self.phase = ProbePhase.DOWN
-        self.contact_stamp: float | None = None
-        self.failure: str | None = None
-        self.lowest = start[2]
-        self._settings = settings
-        self._start = start
-        self._heard = self._measured = self._changed = self._stepped = now
-        self._progress = (now, start[2])
-        self._has_jogged = False
-        self._height = self._highest = start[2]
-        self._is_open = False
-        self._machine = MachineView()
-        # The stops of ik_node when the probe began.
-        self._stops: int | None = None
-
-    def contact(self, is_touched: bool, sent: float, now: float) -> None:
-        """Take in what the switch says, sent when by the clock of the machine [s]."""
-        self._heard = now
-        if is_touched and self.phase is ProbePhase.DOWN:
-            # A contact has no time of its own: that at which it was sent comes nearest.
-            self.contact_stamp = sent - self._settings.contact_delay
-            self._go_to(ProbePhase.STOPPING, now)
-        elif self.phase is ProbePhase.BACK:
-            if is_touched and self._is_open and self._height > self.lowest + CHATTER:
-                self._halt("the contact closes on the way back", now)
-            self._is_open = not is_touched
-
-    def measured(self, position: Vector3, now: float) -> None:
-        """Take in where the platform is measured to be [m]."""
-        (x, y, z), (x0, y0, z0) = position, self._start
-        self._measured, self._height = now, z
-        self.lowest = min(self.lowest, z)
-        if self.phase is ProbePhase.ENDED:
-            return
-        away = max(math.hypot(x - x0, y - y0), z - z0)
-        if away > LARGEST_DEVIATION:
-            self.end(
-                f"the platform is {number_text(1e3 * away, 3)} mm away from its way down: "
-                "somebody else leads it"
-            )
-        elif self.phase is ProbePhase.DOWN:
-            self._look_down(z, now)
-        elif self.phase is ProbePhase.BACK:
-            self._look_up(z, now)
-
-    def _look_down(self, z: float, now: float) -> None:
-        settings, (since, height) = self._settings, self._progress
-        if self._start[2] - z > settings.depth:
-            self._fail(f"no contact on {number_text(1e3 * settings.depth, 6)} mm", now)
-        elif now - since > PATIENCE:
-            if height - z < LEAST_PART * settings.speed * PATIENCE:
-                self._fail(f"the platform does not go down: {self._machine}", now)
-            self._progress = (now, z)
-
-    def _look_up(self, z: float, now: float) -> None:
-        self._highest = max(self._highest, z)
-        if self._highest - z > LARGEST_FALL:
-            self._halt("the platform moves down on its way back", now)
-        elif z > self._start[2] - BACK_TOLERANCE:
-            self._go_to(ProbePhase.RESTING, now)
-
-    def machine(self, view: MachineView, now: float) -> None:
-        """Take in what ik_node tells of itself."""
-        self._machine = view
-        # That a twist came late is no reason to give up: the next one is on its way.
-        is_late = view.cause is Cause.TWISTS_SILENT
-        is_stopped = view.state in (IDLE, STOPPING) and not is_late
-        is_sent = self.phase in (ProbePhase.DOWN, ProbePhase.BACK)
-        if is_sent and self._has_jogged and is_stopped:
-            self.end(f"it was stopped: {view.text}")
-        self._has_jogged |= view.state is JOGGING
-        if self._stops is None:
-            self._stops = view.stops
-        # In these states it does what we have asked for.
-        if view.state not in (IDLE, JOGGING, STOPPING):
-            self.end(str(view))
-        # The state tells nothing of a stop while nothing moved.
-        if view.stops != self._stops:
-            self.end(WAS_STOPPED)
-
-    def end(self, failure: str) -> None:
-        """End at once: whoever leads the machine is left to it, and without twists it stops."""
-        if self.phase is not ProbePhase.ENDED:
-            self._note(failure)
-            self.phase = ProbePhase.ENDED
-
-    def at_rest(self, now: float) -> None:
-        """Take in that the sliders rest."""
-        # A state that is still to come would be taken for one of the way back.
-        if self.phase is ProbePhase.STOPPING and self._machine.state is IDLE:
-            self._has_jogged, self._highest = False, self._height
-            self._go_to(ProbePhase.BACK, now)
-
-    def step(self, now: float) -> float | None:
-        """Return how fast ik_node has to move upwards now [m/s]; None for nothing to be told."""
-        self._look_at_own_gap(now)
-        if self.phase in (ProbePhase.DOWN, ProbePhase.BACK):
-            self._listen(now)
-        self._look_at_time(now)
-        if self.phase is ProbePhase.ENDED:
-            return None
-        if self.phase is ProbePhase.DOWN:
-            is_letting_go = now - self._changed < LETTING_GO
-            return 0.0 if is_letting_go else -self._settings.speed
-        return self._speed_back() if self.phase is ProbePhase.BACK else 0.0
-
-    def _speed_back(self) -> float:
-        """Return the speed upwards [m/s].
-
-        By measured heights alone: a position is another place to who believes in other offsets.
-        """
-        fastest = max(BACK_SPEED, self._settings.speed)
-        return min(fastest, max(0.0, self._start[2] - self._height) / SLOWING)
-
-    def _look_at_time(self, now: float) -> None:
-        """End what takes too long, and what is at rest at the end."""
-        passed = now - self._changed
-        if self.phase is ProbePhase.BACK:
-            longest = LONGEST_WAY_BACK + (self._start[2] - self.lowest) / BACK_SPEED
-            if passed > longest:
-                self._halt(
-                    f"the platform is not back after {number_text(longest, 3)} s: {self._machine}",
-                    now,
-                )
-        elif (
-            self.phase is ProbePhase.RESTING and self._machine.state is IDLE and passed > LETTING_GO
-        ):
-            self._go_to(ProbePhase.ENDED, now)
-        elif self.phase in (ProbePhase.STOPPING, ProbePhase.RESTING) and passed > LONGEST_STOP:
-            self.end(f"the sliders do not come to rest within {LONGEST_STOP:g} s")
-
-    def _look_at_own_gap(self, now: float) -> None:
-        """Count a short time in which we were kept from listening as no silence of others.
-
-        After a longer one nobody knows what has happened meanwhile.
-        """
-        gap, self._stepped = now - self._stepped, now
-        longest = min(LONGEST_SILENCE, self._settings.contact_timeout or LONGEST_SILENCE)
-        if gap > max(longest, LONGEST_LOOK):
-            self.end(f"this node was held up for {number_text(gap, 3)} s")
-        elif gap > LONGEST_LOOK:
-            self._heard += gap
-            self._measured += gap
-
-    def _listen(self, now: float) -> None:
-        timeout = self._settings.contact_timeout
-        if now - self._measured > LONGEST_SILENCE:
-            self.end(f"no measured heights for {LONGEST_SILENCE:g} s")
-        elif self.phase is ProbePhase.DOWN and 0.0 < timeout < now - self._heard:
-            self._fail(f"nothing about the contact for {number_text(timeout, 3)} s", now)
-
-    def _fail(self, failure: str, now: float) -> None:
-        """Come to rest and go back."""
-        self.failure = failure
-        self._go_to(ProbePhase.STOPPING, now)
-
-    def _halt(self, failure: str, now: float) -> None:
-        """Come to rest where it is, and end."""
-        self._note(failure)
-        self._go_to(ProbePhase.RESTING, now)
-
-    def _note(self, failure: str) -> None:
-        self.failure = "; ".join(filter(None, (self.failure, failure)))
-
-    def _go_to(self, phase: ProbePhase, now: float) -> None:
-        self.phase = phase
-        self._changed = now
-
-
 class JoggedMachine(Protocol):
     """What a probe asks for."""
 
@@ -293,106 +96,217 @@ class JoggedMachine(Protocol):
         """Let it move upwards with this speed [m/s], for a moment."""
 
 
-class ProbeDriver:
-    """Makes one probe at a time, as what comes in from the machine lets it."""
+class Probe(Leader):
+    """One probe, from the first step down until the platform rests again.
+
+    Attributes:
+        contact_stamp: when the contact was made, by the clock of the machine [s]; None before.
+        heights: as reported, at the contact; None where they are not known. Shape (3,) [m].
+        failures: what went wrong, in words.
+        lowest: where the platform was farthest down [m].
+    """
 
     def __init__(
-        self, leading: Leading, machine: JoggedMachine, place_of: Callable[[Vector3], Vector3]
+        self,
+        leading: Leading,
+        jogged: JoggedMachine,
+        place_of: Callable[[Vector3], Vector3],
+        settings: ProbeSettings,
+        heights: Vector3,
     ) -> None:
-        """Be ready.
-
-        Args:
-            leading: that lets it lead.
-            machine: that takes twists.
-            place_of: tells where the platform is at reported heights, and may raise a
-                KinematicsError.
-        """
-        self._leading = leading
-        self._machine = machine
-        self._place_of = place_of
-        self._probe: Probe | None = None
-        self._is_touched: bool | None = None
-        self._heard = 0.0
-
-    def probe(self, settings: ProbeSettings) -> Course[ProbeResult]:
-        """Probe from where the sliders rest, and come back.
-
-        Raises:
-            LeadingError: if that is not possible now, or there was no contact that counts.
-            KinematicsError: if the measured heights do not rest, or are those of no place.
-        """
-        leading = self._leading
-        stops = leading.stops
-        heights = yield from leading.resting_heights()
-        leading.check_not_stopped(stops)
-        silence = leading.now - self._heard
-        if self._is_touched is None:
-            raise LeadingError("no message has come on the topic contact yet")
-        if 0.0 < settings.contact_timeout < silence:
-            raise LeadingError(f"contact is silent for {silence:.3g} s")
-        if self._is_touched:
-            raise LeadingError("the contact is closed already: move the platform up first")
-        if not self._machine.is_there:
-            raise LeadingError("there is no ik_node that could move the platform")
-        leading.check_idle()
-        self._probe = probe = Probe(settings, self._place_of(heights), leading.now)
-        probe.machine(leading.machine, leading.now)
-        yield from leading.lead(self._led(probe), "a probe", probe.end)
-        self._probe = None
-        return self._result(probe)
+        """Begin at rest at reported ``heights`` [m]; the others are as for ``probe``."""
+        self.contact_stamp: float | None = None
+        self.heights: Vector3 | None = None
+        self.failures: list[str] = []
+        self._leading, self._jogged, self._place_of = leading, jogged, place_of
+        self._settings = settings
+        self._start = start = place_of(heights)
+        self.lowest = start[2]
+        self._heard = self._measured = leading.now
+        self._height = self._highest = start[2]
+        # Which way it moves: 1 upwards, -1 downwards, 0 where it is to rest.
+        self._way = -1
+        self._has_jogged = self._is_open = self._has_closed = False
+        self._stops = leading.machine.stops
+        self._sent, self._due = math.nan, 0.0
 
     def contact(self, is_touched: bool, delivery: Delivery) -> None:
         """Take in what the switch says."""
-        self._is_touched, self._heard = is_touched, delivery.now
-        if self._probe is not None:
-            self._probe.contact(is_touched, delivery.sent, delivery.now)
+        self._heard = delivery.now
+        if is_touched and self._way < 0:
+            # A contact has no time of its own: that at which it was sent comes nearest.
+            self.contact_stamp = delivery.sent - self._settings.contact_delay
+            self._way = 0
+        elif self._way > 0:
+            is_off = self._is_open and self._height > self.lowest + CHATTER
+            self._has_closed |= is_touched and is_off
+            self._is_open = not is_touched
 
-    def measured(self, heights: Vector3, now: float) -> None:
-        """Take in reported heights [m], received ``now`` [s]."""
-        if self._probe is not None:
-            # Heights that have no place are no progress: the probe finds that out by itself.
-            with suppress(KinematicsError):
-                self._probe.measured(self._place_of(heights), now)
+    def measured(self, heights: Vector3, stamp: float, delivery: Delivery) -> None:
+        """Take in reported heights [m]; some that have no place are no progress."""
+        try:
+            x, y, z = self._place_of(heights)
+        except KinematicsError:
+            return
+        x0, y0, z0 = self._start
+        self._measured, self._height = delivery.now, z
+        self.lowest, self._highest = min(self.lowest, z), max(self._highest, z)
+        if self.contact_stamp is not None and self.heights is None:
+            # At once: the way back may take longer than measurements are kept.
+            with suppress(RecordingError):
+                self.heights = self._leading.record.at(self.contact_stamp)
+        away = max(math.hypot(x - x0, y - y0), z - z0)
+        if away > LARGEST_DEVIATION:
+            self._leading.fail(
+                f"the platform is {number_text(1e3 * away, 3)} mm away from its way down: "
+                "somebody else leads it"
+            )
 
-    def machine(self, view: MachineView, now: float) -> None:
+    def machine(self, view: MachineView) -> None:
         """Take in what ik_node tells of itself."""
-        self._leading.machine = view
-        if self._probe is not None:
-            self._probe.machine(view, now)
+        # That a twist came late is no reason to give up: the next one is on its way.
+        is_late = view.cause is Cause.TWISTS_SILENT
+        is_stopped = view.state in (IDLE, STOPPING) and not is_late
+        if self._way and self._has_jogged and is_stopped:
+            self._leading.fail(f"it was stopped: {view.text}")
+        self._has_jogged |= view.state is JOGGING
+        # In these states it does what we have asked for.
+        if view.state not in (IDLE, JOGGING, STOPPING):
+            self._leading.fail(str(view))
+        # The state tells nothing of a stop while nothing moved.
+        if view.stops != self._stops:
+            self._leading.fail(WAS_STOPPED)
 
     def target_pose(self) -> None:
         """Notice a command that our next twist takes the place of before it makes a state."""
-        if self._probe is not None:
-            self._probe.end("another node sends a target pose")
+        self._leading.fail("another node sends a target pose")
 
-    def _led(self, probe: Probe) -> Course[None]:
-        """Tell ik_node what it has to do, until the probe has ended."""
-        leading, sent, due = self._leading, None, 0.0
-        while True:
+    def led(self) -> Course[None]:
+        """Move down until a contact, come to rest, move back, and come to rest."""
+        try:
+            yield from self._down()
+            yield from self._rest()
+            yield from self._back()
+            yield from self._rest()
+        except LeadingError as error:
+            # Whoever leads the machine is left to it, and without twists it stops.
+            self.failures.append(str(error))
+
+    def _down(self) -> Course[None]:
+        """Move down until a contact, or until something goes wrong that the way back mends."""
+        settings, leading = self._settings, self._leading
+        begin = since = leading.now
+        height, timeout = self._height, settings.contact_timeout
+        while self._way < 0:
             now = leading.now
-            if probe.phase is ProbePhase.STOPPING:
-                with suppress(RecordingError):
-                    leading.record.resting(now)
-                    probe.at_rest(now)
-            speed = probe.step(now)
-            if speed is not None and (speed != sent or now >= due):
-                self._machine.jog(speed)
-                sent, due = speed, now + TWIST_PERIOD
-            if probe.phase is ProbePhase.ENDED:
-                return
-            yield
+            if self._start[2] - self._height > settings.depth:
+                self._fail(f"no contact on {number_text(1e3 * settings.depth, 6)} mm")
+            elif 0.0 < timeout < now - self._heard:
+                self._fail(f"nothing about the contact for {number_text(timeout, 3)} s")
+            elif now - since > PATIENCE:
+                if height - self._height < LEAST_PART * settings.speed * PATIENCE:
+                    self._fail(f"the platform does not go down: {leading.machine}")
+                since, height = now, self._height
+            else:
+                yield from self._jog(0.0 if now - begin < LETTING_GO else -settings.speed)
 
-    def _result(self, probe: Probe) -> ProbeResult:
-        heights, overrun, texts = None, 0.0, [probe.failure]
-        if probe.contact_stamp is not None:
-            try:
-                heights = self._leading.record.at(probe.contact_stamp)
-                overrun = self._place_of(heights)[2] - probe.lowest
-            except KinematicsError as error:
-                texts.append(str(error))
-        if self._is_touched and probe.failure is None:
-            texts.append("the contact does not open again")
-        text = "; ".join(filter(None, texts))
-        if heights is None:
-            raise LeadingError(text)
-        return ProbeResult(heights, overrun, text)
+    def _back(self) -> Course[None]:
+        """Move up to where it began."""
+        begin, longest = self._leading.now, LONGEST_WAY_BACK
+        longest += (self._start[2] - self.lowest) / BACK_SPEED
+        fastest = max(BACK_SPEED, self._settings.speed)
+        self._way, self._has_jogged, self._highest = 1, False, self._height
+        while self._way > 0:
+            # By measured heights alone: a position is another place to who believes in other
+            # offsets.
+            left = self._start[2] - self._height
+            if left < BACK_TOLERANCE:
+                self._way = 0
+            elif self._has_closed:
+                self._fail("the contact closes on the way back")
+            elif self._highest - self._height > LARGEST_FALL:
+                self._fail("the platform moves down on its way back")
+            elif self._leading.now - begin > longest:
+                text = f"the platform is not back after {number_text(longest, 3)} s"
+                self._fail(f"{text}: {self._leading.machine}")
+            else:
+                yield from self._jog(min(fastest, left / SLOWING))
+
+    def _rest(self) -> Course[None]:
+        """Come to rest, until ik_node has told that, too: a late state would end the way back."""
+        begin = self._leading.now
+        while (passed := self._leading.now - begin) <= LONGEST_STOP:
+            yield from self._jog(0.0)
+            with suppress(RecordingError):
+                self._leading.record.resting(self._leading.now)
+                if self._leading.machine.state is IDLE and passed > LETTING_GO:
+                    return
+        raise LeadingError(f"the sliders do not come to rest within {LONGEST_STOP:g} s")
+
+    def _jog(self, speed: float) -> Course[None]:
+        """Have the platform move upwards with a ``speed`` [m/s] until the next look."""
+        leading = self._leading
+        if speed != self._sent or leading.now >= self._due:
+            self._jogged.jog(speed)
+            self._sent, self._due = speed, leading.now + TWIST_PERIOD
+        timeout = self._settings.contact_timeout or LONGEST_SILENCE
+        gap = yield from leading.next_look(max(min(LONGEST_SILENCE, timeout), LONGEST_LOOK))
+        if gap > LONGEST_LOOK:
+            # A short time in which we were kept from listening is no silence of others.
+            self._heard += gap
+            self._measured += gap
+        if self._way and leading.now - self._measured > LONGEST_SILENCE:
+            raise LeadingError(f"no measured heights for {LONGEST_SILENCE:g} s")
+
+    def _fail(self, failure: str) -> None:
+        """Note what went wrong, and come to rest."""
+        self.failures.append(failure)
+        self._way = 0
+
+
+def probe(
+    leading: Leading,
+    machine: JoggedMachine,
+    place_of: Callable[[Vector3], Vector3],
+    settings: ProbeSettings,
+) -> Course[ProbeResult]:
+    """Probe from where the sliders rest, and come back.
+
+    Args:
+        leading: that lets it lead.
+        machine: that takes twists.
+        place_of: tells where the platform is at reported heights, and may raise a KinematicsError.
+        settings: how to probe.
+
+    Raises:
+        LeadingError: if that is not possible now, or there was no contact that counts.
+        KinematicsError: if the measured heights do not rest, or are those of no place.
+    """
+    stops = leading.stops
+    heights = yield from leading.resting_heights()
+    leading.check_not_stopped(stops)
+    silence = leading.now - leading.switch_heard
+    if leading.is_touched is None:
+        raise LeadingError("no message has come on the topic contact yet")
+    if 0.0 < settings.contact_timeout < silence:
+        raise LeadingError(f"contact is silent for {silence:.3g} s")
+    if leading.is_touched:
+        raise LeadingError("the contact is closed already: move the platform up first")
+    if not machine.is_there:
+        raise LeadingError("there is no ik_node that could move the platform")
+    leading.check_idle()
+    made = Probe(leading, machine, place_of, settings, heights)
+    yield from leading.lead(made, made.led(), "a probe")
+    touched, overrun, texts = made.heights, 0.0, [*made.failures]
+    if made.contact_stamp is not None:
+        try:
+            touched = touched or leading.record.at(made.contact_stamp)
+            overrun = place_of(touched)[2] - made.lowest
+        except KinematicsError as error:
+            texts.append(str(error))
+    if leading.is_touched and not made.failures:
+        texts.append("the contact does not open again")
+    text = "; ".join(texts)
+    if touched is None:
+        raise LeadingError(text)
+    return ProbeResult(touched, overrun, text)

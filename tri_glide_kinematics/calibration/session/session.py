@@ -43,9 +43,9 @@ class SavingError(KinematicsError):
     """A file cannot be written."""
 
 
-def new_session_file(folder: Path) -> Path:
-    """Return a name in a folder that no file has yet: that of the session that begins now."""
-    name = f"session_{datetime.now():%Y-%m-%d_%H-%M-%S}"
+def new_session_file(folder: Path, now: datetime) -> Path:
+    """Return a name in a folder that no file has yet: that of the session that begins ``now``."""
+    name = f"session_{now:%Y-%m-%d_%H-%M-%S}"
     files = (folder / f"{name}{f'_{number}' if number else ''}.yaml" for number in count())
     return next(file for file in files if not file.exists())
 
@@ -63,21 +63,6 @@ def keep_measurements(file: Path, content: MeasurementFile) -> None:
         raise SavingError(f"not noted, as {file} cannot be written: {reason}") from error
 
 
-@dataclass(frozen=True)
-class Deviations:
-    """Standard deviations of measurements that come without one.
-
-    Attributes:
-        touch: [m].
-        position: of each coordinate [m].
-        distance: [m].
-    """
-
-    touch: float
-    position: float
-    distance: float
-
-
 class Session:
     """Measurements in the order in which they were made, counted from 1.
 
@@ -85,55 +70,50 @@ class Session:
         measurements: all that are whole.
     """
 
-    def __init__(
-        self, plate: Plate, deviations: Deviations, keep: Callable[[], None] = lambda: None
-    ) -> None:
+    def __init__(self, plate: Plate, keep: Callable[[], None] = lambda: None) -> None:
         """Begin without any.
 
         Args:
             plate: that is meant where none is named; plates of other names are known in nothing.
-            deviations: of measurements that come without one.
             keep: is called after each change of the measurements, to keep them. If it raises an
                 error, the change is taken back.
         """
         self._keep = keep
         self.measurements: list[Measurement] = []
         self._plate = plate
-        self._deviations = deviations
         self._first_end: Vector3 | None = None
 
-    def touch(self, heights: Vector3, plate: str = "", deviation: float = 0.0) -> int:
+    def touch(self, heights: Vector3, deviation: float, plate: str = "") -> int:
         """Note a touch and return its number.
 
         Args:
             heights: as reported. Shape (3,) [m].
+            deviation: standard deviation [m].
             plate: by its name; empty for the usual one.
-            deviation: standard deviation; 0 for the usual one [m].
 
         Raises:
             KinematicsError: if a number has no meaning.
         """
         known = self._plate if plate in ("", self._plate.name) else Plate(plate, None, None)
-        return self._add(Touch(heights, known, deviation or self._deviations.touch))
+        return self._add(Touch(heights, known, deviation))
 
     def position(
-        self, heights: Vector3, position: Vector3, frame: str = "", deviation: float = 0.0
+        self, heights: Vector3, position: Vector3, deviation: float, frame: str = ""
     ) -> int:
         """Note where another instrument sees the platform [m], and return the number of that.
 
         Raises:
             KinematicsError: if a number has no meaning.
         """
-        deviation = deviation or self._deviations.position
         return self._add(MeasuredPosition(heights, position, frame or BASE, deviation))
 
-    def distance_end(self, heights: Vector3, distance: float, deviation: float = 0.0) -> int:
+    def distance_end(self, heights: Vector3, distance: float, deviation: float) -> int:
         """Note an end of a distance; return the number of the measurement, 0 after the first end.
 
         Args:
             heights: as reported. Shape (3,) [m].
             distance: from the first end [m]; 0 for the first end, which is noted anew.
-            deviation: standard deviation; 0 for the usual one [m].
+            deviation: standard deviation [m].
 
         Raises:
             RecordingError: if no first end has been noted.
@@ -144,7 +124,6 @@ class Session:
             return 0
         if self._first_end is None:
             raise RecordingError("the first end is missing: note it with distance 0")
-        deviation = deviation or self._deviations.distance
         number = self._add(Distance(self._first_end, heights, distance, deviation))
         self._first_end = None
         return number

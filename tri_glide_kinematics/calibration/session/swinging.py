@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -17,9 +16,9 @@ from tri_glide_kinematics.calibration.ringdown import Quantity, Recording
 from tri_glide_kinematics.calibration.session.leading import (
     Course,
     Delivery,
+    Leader,
     Leading,
     LeadingError,
-    MachineView,
 )
 from tri_glide_kinematics.checks import finite, finite_vector, positive
 from tri_glide_kinematics.control import WAS_STOPPED
@@ -152,186 +151,6 @@ def _checked_move(
     return SwingMove(target, workspace.machine.inverse(target), is_recorded)
 
 
-class SwingPhase(Enum):
-    """The phase of a search."""
-
-    LISTENING = "waits for the sensor and for setpoints"
-    MOVING = "moves"
-    RECORDING = "records the swing"
-    ENDED = "has ended"
-
-
-class SwingSearch:
-    """All moves, one after the other, each with the recording of the swing behind it.
-
-    Attributes:
-        phase: what it does.
-        recordings: so far.
-        failure: what went wrong, in words; None if nothing did.
-    """
-
-    def __init__(
-        self,
-        moves: Sequence[SwingMove],
-        duration: float,
-        sensor: tuple[str, Quantity, tuple[str, ...]],
-        now: float,
-        stops: int | None,
-    ) -> None:
-        """Begin at rest.
-
-        Args:
-            moves: to be made.
-            duration: of each recording [s].
-            sensor: topic, quantity, and names of the axes.
-            now: time of a steady clock, as in all that follows [s].
-            stops: that ik_node tells; when they change the search ends.
-        """
-        self.phase = SwingPhase.LISTENING
-        self.recordings: list[Recording] = []
-        self.failure: str | None = None
-        self._moves = list(moves)
-        self._duration = duration
-        self._topic, self._quantity, self._names = sensor
-        self._changed = self._stepped = self._heard = self._told = now
-        self._has_setpoints = False
-        self._count = 0
-        self._stops = stops
-        self._stamp = -math.inf
-        self._begin = math.inf
-        self._is_recorded_whole, self._goal_end = False, math.inf
-        self._samples: list[tuple[float, Vector3]] = []
-
-    def setpoints(self, state: SliderState | None, sent: float, now: float) -> None:
-        """Take in where ``ik_node`` commands the sliders to be; None if it does not lead them.
-
-        Args:
-            state: with true heights.
-            sent: when that was told, by the clock of the computer [s].
-            now: when it came in [s].
-        """
-        self._told = now
-        if state is None:
-            if self.phase is not SwingPhase.LISTENING:
-                self.end("ik_node leads the machine no more")
-            return
-        self._has_setpoints = True
-        if self.phase not in (SwingPhase.MOVING, SwingPhase.RECORDING):
-            return
-        is_moving = self.phase is SwingPhase.MOVING
-        away = max(abs(one - other) for one, other in zip(state.heights, self._moves[0].heights))
-        if is_moving and away <= AT_TARGET and max(map(abs, state.velocities)) <= AT_REST:
-            self._begin = sent + SETTLING
-            self._samples.clear()
-            self._go_to(SwingPhase.RECORDING, now)
-        # The end of a goal may be heard before its last setpoint, but not long before.
-        elif away > LARGEST_DEVIATION and (not is_moving or now > self._goal_end + LONGEST_SILENCE):
-            self.end(
-                f"the setpoints are {number_text(1e3 * away, 3)} mm away from the end of the "
-                "move: somebody else leads the platform"
-            )
-
-    def sample(self, values: Vector3, stamp: float, sent: float, now: float) -> None:
-        """Take in a sample; one that is not finite, or not later than the one before, is missing.
-
-        Args:
-            values: of the axes. Shape (3,) [m or m/s^2].
-            stamp: when it was measured [s].
-            sent: when it was sent, by the clock of the computer [s].
-            now: when it came in [s].
-        """
-        if not stamp > self._stamp or not all(map(math.isfinite, values)):
-            return
-        self._stamp, self._heard = stamp, now
-        self._count += 1
-        if self.phase is SwingPhase.RECORDING and sent >= self._begin:
-            if sent <= self._begin + self._duration:
-                self._samples.append((stamp, values))
-            else:
-                self._is_recorded_whole = True
-
-    def goal_ended(self, has_arrived: bool, text: str) -> None:
-        """Take in how the goal of the present move ended."""
-        self._goal_end = self._stepped
-        if not has_arrived and self.phase is not SwingPhase.ENDED:
-            target = vector_text(self._moves[0].target)
-            self.end(f"the move to {target} m did not end there: {text}")
-
-    def end(self, failure: str) -> None:
-        """Make no further move."""
-        if self.phase is not SwingPhase.ENDED:
-            self.failure = failure
-            self.phase = SwingPhase.ENDED
-
-    def step(self, machine: MachineView, now: float) -> SwingMove | None:
-        """Return the move to begin now; None for nothing.
-
-        The ``machine`` is what ``ik_node`` told last of itself.
-        """
-        gap, self._stepped = now - self._stepped, now
-        if self.phase is SwingPhase.ENDED:
-            return None
-        passed = now - self._changed
-        if machine.stops != self._stops:
-            self.end(WAS_STOPPED)
-        elif gap > LONGEST_SILENCE:
-            self.end(f"this node was held up for {number_text(gap, 3)} s")
-        elif self.phase is SwingPhase.LISTENING:
-            return self._listen(machine, passed, now)
-        elif now - self._told > LONGEST_SILENCE:
-            self.end(
-                f"ik_node has told nothing on motion_state for {LONGEST_SILENCE:g} s: does it run?"
-            )
-        elif now - self._heard > LONGEST_SILENCE:
-            self.end(f"no sample has come on {self._topic} for {LONGEST_SILENCE:g} s")
-        elif passed > LONGEST_MOVE + self._duration:
-            self.end(f"the move has not ended after {number_text(passed, 3)} s: {machine}")
-        elif (
-            self.phase is SwingPhase.RECORDING and self._is_recorded_whole and self._goal_end <= now
-        ):
-            return self._next(now)
-        return None
-
-    def _listen(self, machine: MachineView, passed: float, now: float) -> SwingMove | None:
-        if self._has_setpoints and self._count >= FEWEST_SAMPLES:
-            return self._begin_move(now)
-        if passed > LONGEST_LISTENING:
-            bound = f"in {LONGEST_LISTENING:g} s"
-            self.end(
-                f"{self._count} samples with ascending stamps have come on {self._topic} {bound}, "
-                f"at least {FEWEST_SAMPLES} are needed"
-                if self._has_setpoints
-                else f"ik_node has told of no setpoints on motion_state {bound}: {machine}"
-            )
-        return None
-
-    def _next(self, now: float) -> SwingMove | None:
-        """Keep the recording, and begin the next move if there is one."""
-        if self._moves.pop(0).is_recorded:
-            if len(self._samples) < FEWEST_SAMPLES:
-                self.end(
-                    f"{len(self._samples)} samples have come on {self._topic} in "
-                    f"{self._duration:g} s, at least {FEWEST_SAMPLES} are needed"
-                )
-                return None
-            times = np.array([stamp for stamp, _ in self._samples])
-            values = np.array([values for _, values in self._samples])
-            self.recordings.append(Recording(times, values, self._quantity, self._names))
-        if not self._moves:
-            self._go_to(SwingPhase.ENDED, now)
-            return None
-        return self._begin_move(now)
-
-    def _begin_move(self, now: float) -> SwingMove:
-        self._is_recorded_whole, self._goal_end = False, math.inf
-        self._go_to(SwingPhase.MOVING, now)
-        return self._moves[0]
-
-    def _go_to(self, phase: SwingPhase, now: float) -> None:
-        self.phase = phase
-        self._changed = now
-
-
 class IkSettings(NamedTuple):
     """What ik_node tells of its parameters.
 
@@ -384,125 +203,229 @@ class SwungMachine(Protocol):
         """Listen no more."""
 
 
-class SwingDriver:
-    """Makes one search at a time, as what comes in from the machine lets it."""
+class SwingSearch(Leader):
+    """All moves, one after the other, each with the recording of the swing behind it.
 
-    def __init__(self, leading: Leading, machine: SwungMachine) -> None:
-        """Be ready to send goals to a ``machine`` when ``leading`` lets it."""
-        self._leading = leading
-        self._machine = machine
-        self._search: SwingSearch | None = None
-        self._is_by_heights = False
-        self._is_asking = False
+    Attributes:
+        recordings: so far.
+        failure: what went wrong, in words; None if nothing did.
+    """
 
-    def search(
-        self, settings: SwingSettings, slider_names: Sequence[str] | None
-    ) -> Course[SwingSearch]:
-        """Make all moves, and record the swing behind each; the search tells what failed.
+    def __init__(
+        self,
+        leading: Leading,
+        swung: SwungMachine,
+        moves: Sequence[SwingMove],
+        duration: float,
+        sensor: tuple[str, Quantity, tuple[str, ...]],
+    ) -> None:
+        """Begin at rest.
 
-        With ``slider_names`` measured heights are recorded, else what an accelerometer tells.
-
-        Raises:
-            KinematicsError: if it is not possible to begin.
+        Args:
+            leading: that lets it lead.
+            swung: that takes goals.
+            moves: to be made.
+            duration: of each recording [s].
+            sensor: topic, quantity, and names of the axes.
         """
-        leading, machine = self._leading, self._machine
-        stops = leading.stops
-        workspace, offsets, shaper = yield from self._settings()
-        if shaper is not None:
-            raise LeadingError(
-                f"ik_node has the shaper {shaper}, which takes away the swing that is to be "
-                "measured: set its parameter shaper to none first"
-            )
-        believed = TrueMachine(workspace.machine, offsets)
-        start = believed.position((yield from leading.resting_heights()))
-        leading.check_not_stopped(stops)
-        moves = swing_moves(workspace, start, settings)
-        self._check_machine()
-        self._is_by_heights = slider_names is not None
-        quantity = Quantity.POSITION if self._is_by_heights else Quantity.ACCELERATION
-        sensor = machine.listen(self._is_by_heights), quantity, tuple(slider_names or "xyz")
-        view, now = leading.machine, leading.now
-        self._search = search = SwingSearch(moves, settings.duration, sensor, now, view.stops)
-        try:
-            yield from leading.lead(self._led(search), "a search for modes", search.end)
-        finally:
-            self._search = None
-            machine.let_go()
-        return search
+        self.recordings: list[Recording] = []
+        self.failure: str | None = None
+        self._leading, self._swung = leading, swung
+        self._moves = moves
+        self._duration = duration
+        self._topic, self._quantity, self._names = sensor
+        self._stops = leading.machine.stops
+        # Where ik_node commands the sliders to be, when it was sent, and when it came in.
+        self._state: SliderState | None = None
+        self._sent = self._told = leading.now
+        self._heard, self._stamp, self._count = leading.now, -math.inf, 0
+        self._samples: list[tuple[float, Vector3]] = []
+        self._begin, self._is_recorded_whole = math.inf, False
+        self._goal: SwingGoal | None = None
+
+    def setpoints(self, state: SliderState | None, delivery: Delivery) -> None:
+        """Take in where ik_node commands the sliders to be; None if it does not lead them."""
+        if self._is_timely(delivery):
+            self._state, self._sent, self._told = state, delivery.sent, delivery.now
 
     def measured(self, heights: Vector3, stamp: float, delivery: Delivery) -> None:
-        """Take in reported heights [m] with their stamp [s]."""
-        search = self._timely(delivery) if self._is_by_heights else None
-        if search is not None:
-            search.sample(heights, stamp, delivery.sent, delivery.now)
+        """Take in reported heights [m], if they are what is recorded."""
+        if self._quantity is Quantity.POSITION and self._is_timely(delivery):
+            self._keep(heights, stamp, delivery)
 
     def sample(self, values: Vector3 | None, stamp: float, delivery: Delivery) -> None:
         """Take in what an accelerometer tells [m/s^2]; None if it measures no such thing."""
-        search = self._timely(delivery)
-        if search is None:
-            return
         if values is None:
-            search.end(f"the sensor on {ACCELEROMETER} measures no accelerations")
-        elif stamp > 0.0:
-            search.sample(values, stamp, delivery.sent, delivery.now)
+            self._leading.fail(f"the sensor on {ACCELEROMETER} measures no accelerations")
+        elif stamp > 0.0 and self._is_timely(delivery):
+            self._keep(values, stamp, delivery)
 
-    def setpoints(self, state: SliderState | None, delivery: Delivery) -> None:
-        """Take in where ik_node commands the sliders to be, as ``SwingSearch`` does."""
-        search = self._timely(delivery)
-        if search is not None:
-            search.setpoints(state, delivery.sent, delivery.now)
+    def _keep(self, values: Vector3, stamp: float, delivery: Delivery) -> None:
+        """Keep a sample; one that is not finite, or not later than the one before, is missing."""
+        if not stamp > self._stamp or not all(map(math.isfinite, values)):
+            return
+        self._stamp, self._heard = stamp, delivery.now
+        self._count += 1
+        if self._begin <= delivery.sent <= self._begin + self._duration:
+            self._samples.append((stamp, values))
+        self._is_recorded_whole |= delivery.sent > self._begin + self._duration
 
-    def _settings(self) -> Course[IkSettings]:
-        """Return what ik_node tells of its parameters."""
-        self._check_machine()
-        if self._is_asking:
-            raise LeadingError("another search for modes is about to begin")
-        self._is_asking = True
-        try:
-            told, end = self._machine.ask(), self._leading.now + LONGEST_ANSWER
-            while (settings := told()) is None:
-                if self._leading.now > end:
-                    raise LeadingError(
-                        f"ik_node has not told its parameters in {LONGEST_ANSWER:g} s"
-                    )
-                yield
-            return settings
-        finally:
-            self._is_asking = False
+    def _is_timely(self, delivery: Delivery) -> bool:
+        """Tell whether the sender's clock is ours; one that is not ends the search."""
+        delay = delivery.received - delivery.sent
+        if abs(delay) > LARGEST_DELAY:
+            self._leading.fail(
+                f"a message came {number_text(delay, 3)} s after it was sent, at most "
+                f"{LARGEST_DELAY:g} s can be: are the clocks of the computers set alike?"
+            )
+        return abs(delay) <= LARGEST_DELAY
 
-    def _led(self, search: SwingSearch) -> Course[None]:
+    def led(self) -> Course[None]:
         """Send one goal after the other, until nothing moves for the search any more."""
-        leading, machine = self._leading, self._machine
-        goal: SwingGoal | None = None
-        while True:
-            if goal is not None and goal.result is not None:
-                search.goal_ended(goal.result.code in ARRIVED, goal.result.text)
-                goal = None
-            move = search.step(leading.machine, leading.now)
-            if move is not None:
-                goal = machine.move_to(move.target, kind="linear")
-            if search.phase is SwingPhase.ENDED:
-                break
-            yield
-        if goal is not None:
-            goal.cancel()
-            end = leading.now + LONGEST_END
+        try:
+            yield from self._listened()
+            for move in self._moves:
+                yield from self._made(move)
+        except LeadingError as error:
+            self.failure = str(error)
+        if self._goal is not None and self._goal.result is None:
+            self._goal.cancel()
+            end = self._leading.now + LONGEST_END
             # One that is gone tells nothing more.
-            while goal.result is None and machine.is_ready and leading.now <= end:
+            while self._goal.result is None and self._swung.is_ready and self._leading.now <= end:
                 yield
 
-    def _check_machine(self) -> None:
-        if not self._machine.is_ready:
-            raise LeadingError(f"there is no {self._machine.server} that could move the platform")
-        self._leading.check_idle()
+    def _listened(self) -> Course[None]:
+        """Wait for the sensor and for setpoints."""
+        end = self._leading.now + LONGEST_LISTENING
+        while self._state is None or self._count < FEWEST_SAMPLES:
+            if self._leading.now > end:
+                bound = f"in {LONGEST_LISTENING:g} s"
+                raise LeadingError(
+                    f"{self._count} samples with ascending stamps have come on {self._topic} "
+                    f"{bound}, at least {FEWEST_SAMPLES} are needed"
+                    if self._state
+                    else f"ik_node has told of no setpoints on motion_state {bound}: "
+                    f"{self._leading.machine}"
+                )
+            yield from self._look()
 
-    def _timely(self, delivery: Delivery) -> SwingSearch | None:
-        """Return the search, if there is one; a sender that has another clock ends it."""
-        search, delay = self._search, delivery.received - delivery.sent
-        if search is None or abs(delay) <= LARGEST_DELAY:
-            return search
-        search.end(
-            f"a message came {number_text(delay, 3)} s after it was sent, at most "
-            f"{LARGEST_DELAY:g} s can be: are the clocks of the computers set alike?"
+    def _made(self, move: SwingMove) -> Course[None]:
+        """Make a ``move``, and record the swing behind it."""
+        leading = self._leading
+        self._begin, self._is_recorded_whole = math.inf, False
+        self._goal = goal = self._swung.move_to(move.target, kind="linear")
+        begun, ended = leading.now, math.inf
+        while not (self._is_recorded_whole and ended <= leading.now):
+            yield from self._look()
+            now = leading.now
+            if goal.result is not None and ended > now:
+                ended = now
+                if goal.result.code not in ARRIVED:
+                    target = vector_text(move.target)
+                    raise LeadingError(
+                        f"the move to {target} m did not end there: {goal.result.text}"
+                    )
+            self._check_silence(now)
+            if now - begun > LONGEST_MOVE + self._duration:
+                raise LeadingError(
+                    f"the move has not ended after {number_text(now - begun, 3)} s: "
+                    f"{leading.machine}"
+                )
+            # The end of a goal may be heard before its last setpoint, but not long before.
+            self._check_setpoints(move, is_late=now > ended + LONGEST_SILENCE)
+        if move.is_recorded:
+            self._keep_recording()
+
+    def _check_setpoints(self, move: SwingMove, is_late: bool) -> None:
+        """Begin to record when the setpoints rest at the end of the move; there they have to stay.
+
+        Raises:
+            LeadingError: if they do not, or ``is_late`` and they are not there.
+        """
+        if self._state is None:
+            raise LeadingError("ik_node leads the machine no more")
+        away = max(abs(one - other) for one, other in zip(self._state.heights, move.heights))
+        is_recording = self._begin < math.inf
+        if not is_recording and away <= AT_TARGET:
+            if max(map(abs, self._state.velocities)) <= AT_REST:
+                self._samples, self._begin = [], self._sent + SETTLING
+        elif away > LARGEST_DEVIATION and (is_recording or is_late):
+            raise LeadingError(
+                f"the setpoints are {number_text(1e3 * away, 3)} mm away from the end of the "
+                "move: somebody else leads the platform"
+            )
+
+    def _check_silence(self, now: float) -> None:
+        if now - self._told > LONGEST_SILENCE:
+            raise LeadingError(
+                f"ik_node has told nothing on motion_state for {LONGEST_SILENCE:g} s: does it run?"
+            )
+        if now - self._heard > LONGEST_SILENCE:
+            raise LeadingError(f"no sample has come on {self._topic} for {LONGEST_SILENCE:g} s")
+
+    def _keep_recording(self) -> None:
+        if len(self._samples) < FEWEST_SAMPLES:
+            raise LeadingError(
+                f"{len(self._samples)} samples have come on {self._topic} in "
+                f"{self._duration:g} s, at least {FEWEST_SAMPLES} are needed"
+            )
+        times = np.array([stamp for stamp, _ in self._samples])
+        values = np.array([values for _, values in self._samples])
+        self.recordings.append(Recording(times, values, self._quantity, self._names))
+
+    def _look(self) -> Course[None]:
+        yield from self._leading.next_look(LONGEST_SILENCE)
+        if self._leading.machine.stops != self._stops:
+            raise LeadingError(WAS_STOPPED)
+
+
+def swing_search(
+    leading: Leading,
+    machine: SwungMachine,
+    settings: SwingSettings,
+    slider_names: Sequence[str] | None,
+) -> Course[SwingSearch]:
+    """Make all moves, and record the swing behind each; the search tells what failed.
+
+    Args:
+        leading: that lets it lead.
+        machine: that takes goals.
+        settings: which moves.
+        slider_names: to record measured heights; None for what an accelerometer tells.
+
+    Raises:
+        KinematicsError: if it is not possible to begin.
+    """
+    stops = leading.stops
+    _check_machine(leading, machine)
+    told, end = machine.ask(), leading.now + LONGEST_ANSWER
+    while (asked := told()) is None:
+        if leading.now > end:
+            raise LeadingError(f"ik_node has not told its parameters in {LONGEST_ANSWER:g} s")
+        yield
+    workspace, offsets, shaper = asked
+    if shaper is not None:
+        raise LeadingError(
+            f"ik_node has the shaper {shaper}, which takes away the swing that is to be "
+            "measured: set its parameter shaper to none first"
         )
-        return None
+    believed = TrueMachine(workspace.machine, offsets)
+    start = believed.position((yield from leading.resting_heights()))
+    leading.check_not_stopped(stops)
+    moves = swing_moves(workspace, start, settings)
+    _check_machine(leading, machine)
+    quantity = Quantity.ACCELERATION if slider_names is None else Quantity.POSITION
+    sensor = machine.listen(slider_names is not None), quantity, tuple(slider_names or "xyz")
+    search = SwingSearch(leading, machine, moves, settings.duration, sensor)
+    try:
+        yield from leading.lead(search, search.led(), "a search for modes")
+    finally:
+        machine.let_go()
+    return search
+
+
+def _check_machine(leading: Leading, machine: SwungMachine) -> None:
+    if not machine.is_ready:
+        raise LeadingError(f"there is no {machine.server} that could move the platform")
+    leading.check_idle()
