@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,6 +10,7 @@ from typing import Any
 import pytest
 from panel_rig import OTHER, PanelRig, tell
 
+from testing.waiting import wait_until
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.errors import KinematicsError
@@ -21,7 +21,6 @@ from tri_glide_kinematics.programs import RunState, load_buttons, load_zeros
 
 pytestmark = pytest.mark.nodes
 
-BOUND = 60.0  # s, for what takes a fraction of this
 LINE = "G1 X10 F600"
 
 
@@ -53,10 +52,7 @@ class Rig:
         return self.rig.requests.refusal
 
     def wait_for(self, condition: Callable[[], Any]) -> None:
-        end = time.monotonic() + BOUND
-        while not condition():
-            assert time.monotonic() < end, f"{self.words}; {self.refusal}"
-            time.sleep(0.02)
+        wait_until(condition, lambda: f"{self.words}; {self.refusal}", 0.02)
 
 
 @pytest.fixture

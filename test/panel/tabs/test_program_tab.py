@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +11,7 @@ import pytest
 from panel_rig import FACTS, OPERATOR, OTHER, PanelRig
 from viser import _messages as messages
 
+from testing.waiting import wait_until
 from tri_glide_interfaces.msg import MachineState
 from tri_glide_kinematics.panel.programs import (
     FROM_SETTINGS,
@@ -27,7 +27,6 @@ from tri_glide_kinematics.programs import RunState
 pytestmark = pytest.mark.nodes
 
 SQUARE = "G21 G90 G17 (mm)\nG0 X0 Y0 Z260\nG1 X-20 F6000\nG1 X60 F1200\nM0\nG1 X0\nM2\n"
-BOUND = 60.0  # s, for what takes a fraction of this
 
 
 class Rig:
@@ -78,10 +77,7 @@ class Rig:
         return self.tab._words.content + self.tab._progress.content + self.requests.refusal
 
     def wait_for(self, condition: Callable[[], Any]) -> None:
-        end = time.monotonic() + BOUND
-        while not condition():
-            assert time.monotonic() < end, self.words
-            time.sleep(0.02)
+        wait_until(condition, lambda: self.words, 0.02)
 
     def read_until(self, words: str) -> None:
         self.wait_for(lambda: words in self.words)
