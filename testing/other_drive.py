@@ -15,7 +15,7 @@ from pathlib import Path
 
 TICK = 0.001
 BRAKE = 50.0  # m/s^2, of an axis without power
-FORMATS = {"u8": "<B", "u16": "<H", "u32": "<I", "i8": "<b", "i16": "<h", "i32": "<i", "str": "B"}
+FORMATS = {"u8": "<B", "u16": "<H", "u32": "<I", "i8": "<b", "i16": "<h", "i32": "<i"}
 OBJECTS = Path(__file__).with_suffix(".txt").read_text().splitlines()
 INVALID, NO_REMOTE_REQUEST = 1 << 31, 1 << 30
 # NMT states, as heartbeats tell them.
@@ -70,12 +70,8 @@ class Dictionary:
         """Fill it with defaults; ``scale`` is in counts per metre."""
         self.node, self.scale = node, scale
         self.entries: dict[tuple[int, int], Entry] = {}
-        self.reset(0xFFFF)
-
-    def reset(self, last: int) -> None:
-        """Give all objects up to that index their defaults."""
         for row in OBJECTS:
-            if row.startswith("#") or int(row[:4], 16) > last:
+            if row.startswith("#"):
                 continue
             place, kind, access, text, pdo, values = row.split()
             if text.startswith("@"):
@@ -103,8 +99,6 @@ class Dictionary:
         """Return the bytes of a value."""
         entry = self.entry(index, sub)
         expect(index != 0x1003 or sub <= self[0x1003], 0x08000024)
-        if entry.kind == "str":
-            return b"Another servo drive"
         return struct.pack(FORMATS[entry.kind], entry.value)
 
     def unpacked(self, index: int, sub: int, data: bytes) -> int:
@@ -319,12 +313,6 @@ class Drive:
             self.mode, self.homing, self.homing_bits = od[0x6060], None, 0x400
             if self.state == ENABLED:
                 self.engage()
-        halt = od[0x6040] & 0x100
-        if self.state == ENABLED and halt and not self.stop:
-            self.brake(od[0x605D], None)
-        elif self.state == ENABLED and not halt and self.stop and self.stop[0] is None:
-            self.stop = None
-            self.engage()
         if self.state in POWERED:
             self.follow()
         else:
@@ -383,11 +371,8 @@ class Node:
         self.drive, self.od, self.transmit, self.tell = drive, drive.od, send, drive.tell
         self.number, self.now = drive.od.node, drive.now
         drive.emergency = self.emergency
-        self.boot(0.1)
-
-    def boot(self, silence: float) -> None:
-        """Be silent for that long, then send the boot-up message."""
-        self.nmt, self.silent_until = BOOTING, self.now + silence
+        # It is silent at first, then it sends the boot-up message.
+        self.nmt, self.silent_until = BOOTING, self.now + 0.1
         self.seen: dict[int, float] = {}  # when a heartbeat of that node came
         self.lost: set[int] = set()
         self.kept: dict[int, bytes] = {}  # frames of synchronous RPDOs that wait for SYNC
@@ -395,14 +380,6 @@ class Node:
         self.syncs = self.received = 0
         self.synced = self.beaten = self.now
         self.due, self.waits = 0, False  # ticks to the next SYNC; the axis waits for it
-        self.rest, self.toggle = b"", 0  # of a segmented upload
-
-    def restart(self, last: int, silence: float) -> None:
-        """Reset all objects up to the index ``last``: the application, or the communication."""
-        self.od.reset(last)
-        if last == 0xFFFF:
-            self.drive.switch_on()
-        self.boot(silence)
 
     def emergency(self, code: int) -> None:
         """Send an EMCY message, and keep the error in the history."""
@@ -441,10 +418,6 @@ class Node:
         if identifier == 0 and len(data) == 2 and data[1] in (0, self.number):
             states = {1: OPERATIONAL, 2: STOPPED, 0x80: PRE_OPERATIONAL}
             self.set_nmt(states.get(data[0], self.nmt))
-            if data[0] in (0x81, 0x82):
-                if self.drive.state in POWERED:
-                    self.drive.connection_lost(0x8100)
-                self.restart(*((0xFFFF, 0.3) if data[0] == 0x81 else (0x1FFF, 0.05)))
         elif 0x700 < identifier < 0x780:
             self.seen[identifier - 0x700] = self.now
             if identifier - 0x700 in self.lost:
@@ -453,13 +426,6 @@ class Node:
                     self.emergency(0)
         elif self.nmt == STOPPED:
             return
-        elif identifier == 0x600 + self.number and len(data) == 8:
-            try:
-                answer = self.serve(data)
-            except AbortError as error:
-                self.tell("abort", code=f"0x{error.args[0]:08X}", request=data.hex())
-                answer = b"\x80" + data[1:4] + struct.pack("<I", error.args[0])
-            self.transmit(0x580 + self.number, answer)
         elif self.nmt == OPERATIONAL and identifier == self.od[0x1005] & 0x7FF:
             if data:
                 self.emergency(0x8240)
@@ -580,16 +546,8 @@ class Node:
         command, index, sub = struct.unpack("<BHB", data[:4])
         if command >> 5 == 2:
             value = self.od.packed(index, sub)
-            if len(value) <= 4:
-                return struct.pack("<BHB4s", 0x43 | 4 - len(value) << 2, index, sub, value)
-            self.rest, self.toggle = value, 0
-            return struct.pack("<BHBI", 0x41, index, sub, len(value))
-        if command >> 5 == 3 and self.rest:
-            expect(command & 0x10 == self.toggle, 0x05030000)
-            part, self.rest = self.rest[:7], self.rest[7:]
-            head, self.toggle = self.toggle | 7 - len(part) << 1, self.toggle ^ 0x10
-            return struct.pack("<B7s", head | (not self.rest), part)
-        # Segmented and block downloads are not served.
+            return struct.pack("<BHB4s", 0x43 | 4 - len(value) << 2, index, sub, value)
+        # Segmented and block transfers are not served.
         expect(command >> 5 == 1 and command & 2, 0x05040001)
         size = 4 - (command >> 2 & 3) if command & 1 else self.od.entry(index, sub).size
         number = self.od.unpacked(index, sub, data[4 : 4 + size])
