@@ -30,7 +30,6 @@ from testing.scenarios import (
     NORMAL_VALUES,
     assert_normal_target_is_reached,
     flood,
-    hostility,
     parameter_storm,
 )
 from tri_glide_interfaces.msg import FourBar, Output
@@ -83,15 +82,13 @@ def session(context: Context, name: str) -> Iterator[tuple[Client, Launcher]]:
 
 
 def rough_treatment(context: Context, minutes: float) -> None:
-    """Abuse a machine in three ways, for so long each, and check it afterwards."""
+    """Abuse a machine in two ways, for so long each, and check it afterwards."""
     duration = 60.0 * minutes
-    for name in ("hostility", "flood", "parameter storm"):
+    for name in ("flood", "parameter storm"):
         say(f"{name} for {duration:.0f} s")
         with session(context, name.replace(" ", "_")) as (client, launcher):
             machine = Machine(client, launcher).start()
-            if name == "hostility":
-                hostility(machine, duration)
-            elif name == "flood":
+            if name == "flood":
                 for kind in ("pose", "twist", "state"):
                     flood(machine, FLOOD_RATE, round(FLOOD_RATE * duration / 3.0), kind)
             else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from rclpy.serialization import serialize_message
 from viser import GuiEvent, ViserServer
 
 from testing.client import Probe
+from testing.waiting import wait_until
 from tri_glide_interfaces.msg import MachineState, MotionState
 from tri_glide_kinematics.panel.link import MachineFacts, MachineLink
 from tri_glide_kinematics.panel.machine import ShownMachine
@@ -91,7 +91,6 @@ class PanelRig:
         return GuiEvent(None, page, handle)  # type: ignore[arg-type]
 
 
-BOUND = 60.0  # s, for what takes a fraction of this
 
 
 class ProgramRig:
@@ -118,10 +117,7 @@ class ProgramRig:
         return self.requests.refusal
 
     def wait_for(self, condition: Callable[[], Any]) -> None:
-        end = time.monotonic() + BOUND
-        while not condition():
-            assert time.monotonic() < end, f"{self.words}; {self.refusal}"
-            time.sleep(0.02)
+        wait_until(condition, lambda: f"{self.words}; {self.refusal}", 0.02)
 
 
 HOME = (0.0, 0.0, 0.25)

@@ -14,13 +14,14 @@ from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray
 
+from testing import calling_client
+from testing.calling_client import EXIT, KILL
 from testing.client import Client, values_of
 from testing.machine import Machine
 
-ENDED_CLIENT = Path(__file__).with_name("ended_client.py")
 MOST_OUTPUT = 100_000  # bytes of a client that are looked at
 TOGETHER = 4  # clients at a time
-WAYS = {"exit": 0, "kill": -signal.SIGKILL}  # how a client ends, and its exit code then
+WAYS = {EXIT: 0, KILL: -signal.SIGKILL}  # how a client ends, and its exit code then
 
 
 def run_in_real_time(pid: int, main: int = 20) -> bool:
@@ -102,12 +103,13 @@ class EndingClient:
     """A process that asks ``ik_node`` for a parameter, and ends in one of the ways."""
 
     def __init__(self, namespace: str, way: str) -> None:
-        """Start it in a ``namespace``; the ``way`` is "exit" or "kill"."""
+        """Start it for the ``ik_node`` in a ``namespace``; the ``way`` is one of ``WAYS``."""
         self._way = way
         self._output = tempfile.TemporaryFile()
-        role = "exit" if way == "exit" else "wait"
+        arguments = [way, f"{namespace}/ik_node", "0", "get_parameters"]
         self._process = subprocess.Popen(
-            [sys.executable, str(ENDED_CLIENT), namespace, role],
+            [sys.executable, calling_client.__file__, *arguments],
+            stdin=subprocess.DEVNULL,
             stdout=self._output,
             stderr=subprocess.STDOUT,
         )
@@ -116,11 +118,11 @@ class EndingClient:
         """Kill it as soon as it has its answer, if it is to be killed; tell whether it is gone."""
         # Not by seeking: the process writes where this file is at.
         output = os.pread(self._output.fileno(), MOST_OUTPUT, 0).decode()
-        if self._way == "kill" and "answered" in output:
+        if self._way == KILL and "true" in output:
             self._process.kill()
         if self._process.poll() is None:
             return False
-        assert self._process.returncode == WAYS[self._way], output
+        assert self._process.returncode == WAYS[self._way] and "true" in output, output
         return True
 
     def __enter__(self) -> EndingClient:

@@ -7,14 +7,18 @@ from typing import Any
 TIMEOUT = 60.0  # s, for what takes a fraction of this unless the computer is very busy
 
 
-def wait_until(condition: Callable[[], Any], what: str = "it", nap: float = 0.001) -> None:
+def wait_until(
+    condition: Callable[[], Any], what: str | Callable[[], str] = "it", nap: float = 0.001
+) -> None:
     """Look at a ``condition`` until it holds, with a ``nap`` [s] between two looks.
 
     Raises:
-        TimeoutError: if it does not hold in time; the text names ``what`` was waited for.
+        TimeoutError: if it does not hold in time; the text names ``what`` was waited for, or what
+            it returns then.
     """
     end = time.monotonic() + TIMEOUT
     while not condition():
         if time.monotonic() > end:
-            raise TimeoutError(f"waited {TIMEOUT:g} s in vain for {what}")
+            text = what() if callable(what) else what
+            raise TimeoutError(f"waited {TIMEOUT:g} s in vain for {text}")
         time.sleep(nap)

@@ -31,15 +31,15 @@ HERE = Path(__file__).parent
 START = (0.6, 0.6, 0.6)
 # Files that take more than half a minute.
 LONG = (
+    "test_tutorials",
     "test_demo",
-    "test_cia402_node",
     "test_panel",
     "test_panel_texts",
     "test_drive",
-    "test_tutorials",
-    "test_executables",
-    "test_operation",
+    "test_cia402_node",
+    "test_pick",
     "test_robustness",
+    "test_executables",
     "test_process_faults",
 )
 

@@ -104,17 +104,29 @@ def test_it_reaches_every_target_and_draws_them(start: Start, tmp_path: Path) ->
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGQUIT, signal.SIGKILL])
-def test_no_process_outlives_it_however_it_ends(start: Start, number: int) -> None:
-    demo = start("demo")
+def test_no_process_outlives_it_however_it_ends(start: Start) -> None:
+    ends = {signal.SIGHUP: 128 + signal.SIGTERM}
+    ends |= {number: -number for number in (signal.SIGQUIT, signal.SIGKILL)}
+    demos = {number: start("demo") for number in ends}
+    for demo in demos.values():
+        read_until(demo, "pose A")
+    for number, demo in demos.items():
+        os.kill(demo.pid, number)
+        assert demo.stdout is not None
+        demo.stdout.close()
+    for number, demo in demos.items():
+        assert demo.wait(TIMEOUT) == ends[number]
+        wait_for_end_of_processes_in(namespace_of(demo))
+
+
+def read_until(demo: subprocess.Popen[str], words: str) -> str:
+    """Read to the line with some ``words``, and return all that was read."""
     assert demo.stdout is not None
-    while "pose A" not in demo.stdout.readline():
-        assert demo.poll() is None
-    os.kill(demo.pid, number)
-    demo.stdout.close()
-    code = 128 + signal.SIGTERM if number == signal.SIGHUP else -number
-    assert demo.wait(TIMEOUT) == code
-    wait_for_end_of_processes_in(namespace_of(demo))
+    lines = [demo.stdout.readline()]
+    while words not in lines[-1]:
+        assert lines[-1], lines
+        lines.append(demo.stdout.readline())
+    return "".join(lines)
 
 
 @pytest.mark.parametrize(
@@ -125,14 +137,11 @@ def test_ctrl_c_leaves_no_process_behind(
     start: Start, name: str, words: str, impatience: int
 ) -> None:
     demo = start(name)
-    lines: list[str] = []
-    assert demo.stdout is not None
-    while not lines or (lines[-1] and words not in lines[-1]):
-        lines.append(demo.stdout.readline())
-    assert len(processes_in(namespace_of(demo))) >= 3, lines
+    told = read_until(demo, words)
+    assert len(processes_in(namespace_of(demo))) >= 3, told
     for _ in range(impatience):
         os.killpg(demo.pid, signal.SIGINT)
-    output = "".join(lines) + demo.communicate(timeout=TIMEOUT)[0]
+    output = told + demo.communicate(timeout=TIMEOUT)[0]
     assert demo.returncode == 128 + signal.SIGINT, output
     assert "Traceback" not in output
     wait_for_end_of_processes_in(namespace_of(demo))

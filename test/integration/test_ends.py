@@ -9,9 +9,9 @@ from testing.ends import WAYS, Delays, delays_alone, delays_beside_ends, run_in_
 
 pytestmark = pytest.mark.alone
 
-# Of each way:
-COUNT = 8  # by shared memory, about one end of four holds the cycle for 0.2 s and longer
-TIME_ALONE = 3.0  # s
+# Of each way: by shared memory, about one end of four holds the cycle for 0.2 s and longer.
+COUNT = 4
+TIME_ALONE = 2.0  # s
 ALLOWED = 0.15  # s more than alone: other programs may keep this computer busy
 
 

@@ -13,7 +13,6 @@ from tri_glide_kinematics.ros.starting import executable
 
 WORDS = [
     pytest.param(["fk_node", "--help"], 0, id="help"),
-    pytest.param(["ik_node", "--ros-args", "-p", "speed_scal:=0.1"], 1, id="unknown parameter"),
     pytest.param(["simulator_node", "--ros-args", "-p", "rate:=-1.0"], 1, id="bad value"),
 ]
 

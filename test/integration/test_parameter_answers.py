@@ -7,7 +7,7 @@ from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from shared_machine import shared_nodes
 
-from testing.hostile_messages import parameters
+from tri_glide_kinematics.settings import SIMULATOR_NODE
 
 LAST_TYPE = 9
 UNKNOWN = LAST_TYPE + 1
@@ -48,11 +48,29 @@ def test_of_a_set_with_such_a_type_nothing_is_set(client):
     assert lag(client) == before
 
 
+TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
+
+
+@st.composite
+def parameter_values(draw):
+    """Draw a value whose number of a type may not fit its content, or exist at all."""
+    value = ParameterValue(type=draw(st.integers(0, 12) | st.integers(0, 255)))
+    value.bool_value = draw(st.booleans())
+    value.integer_value = draw(st.integers(-(2**63), 2**63 - 1))
+    value.double_value = draw(st.floats())
+    value.string_value = draw(TEXTS)
+    value.bool_array_value = draw(st.lists(st.booleans(), max_size=4))
+    value.double_array_value = draw(st.lists(st.floats(), max_size=4))
+    value.integer_array_value = draw(st.lists(st.integers(-9, 9), max_size=4))
+    value.string_array_value = draw(st.lists(TEXTS, max_size=4))
+    return value
+
+
 def test_whatever_is_asked_for_is_answered_with_a_reason(client):
+    known = [*(entry.name for entry in SIMULATOR_NODE), "use_sim_time"]
+    names = st.sampled_from(known) | TEXTS
     anything = st.builds(
-        lambda parameter, kind: Parameter(name=parameter.name, value=_with(parameter.value, kind)),
-        parameters("simulator_node"),
-        st.none() | st.integers(0, 255),
+        lambda name, value: Parameter(name=name, value=value), names, parameter_values()
     )
 
     @seed(23)
@@ -72,9 +90,3 @@ def test_whatever_is_asked_for_is_answered_with_a_reason(client):
         assert not any("internal error" in result.reason for result in results)
 
     ask()
-
-
-def _with(value, kind):
-    if kind is not None:
-        value.type = kind
-    return value

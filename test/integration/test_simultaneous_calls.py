@@ -16,7 +16,8 @@ from testing.machine import Machine
 from tri_glide_interfaces.srv import ListMeasurements, SolveFourBar
 from tri_glide_kinematics.motion.engine import GoalCode
 
-CLIENTS, CALLS, GOALS = 50, 20, 100
+# The middleware keeps ten of each.
+CLIENTS, CALLS, GOALS = 30, 20, 50
 PATIENCE = 30.0  # s, for what takes three at most
 
 # One of each way in which nodes look at services: in each cycle, in turns beside a cycle that

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator
 
 import pytest
@@ -12,6 +11,7 @@ from rclpy.node import Node
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Imu
 
+from testing.waiting import wait_until
 from tri_glide_interfaces.msg import MachineState, MotionState
 from tri_glide_kinematics.panel import link
 from tri_glide_kinematics.panel.link import (
@@ -28,9 +28,6 @@ pytestmark = pytest.mark.nodes
 
 HEIGHTS = (0.6, 0.61, 0.62)
 REST = (0.0, 0.0, 0.0)
-
-
-BOUND = 20.0  # s, for what takes a fraction of this
 
 
 @pytest.fixture
@@ -120,10 +117,7 @@ def test_an_accelerometer_is_listened_to_only_when_it_is_wanted(node: Node) -> N
     swing = SwingFeed(node)
 
     def wait_for_listeners(count: int) -> None:
-        end = time.monotonic() + BOUND
-        while publisher.get_subscription_count() != count:
-            assert time.monotonic() < end
-            time.sleep(0.01)
+        wait_until(lambda: publisher.get_subscription_count() == count, f"{count} listeners")
 
     for _ in range(2):
         assert not swing.own
@@ -135,10 +129,12 @@ def test_an_accelerometer_is_listened_to_only_when_it_is_wanted(node: Node) -> N
         for number in range(5):
             publisher.publish(imu(float(number)))
         samples: list[list[float]] = []
-        end = time.monotonic() + BOUND
-        while len(samples) < 5:
-            assert time.monotonic() < end
-            samples += swing.take().tolist()
+
+        def five_are_taken() -> bool:
+            samples.extend(swing.take().tolist())  # noqa: B023
+            return len(samples) >= 5  # noqa: B023
+
+        wait_until(five_are_taken, "samples")
         assert samples == [[7.25, float(number), -2.0, 9.81] for number in range(5)]
         swing.close()
         wait_for_listeners(0)
