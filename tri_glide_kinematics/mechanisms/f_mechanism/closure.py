@@ -264,13 +264,19 @@ def real_roots(polynomial: Cubic, tolerance: float) -> list[float] | None:
     companion = _COMPANION[: len(powers) - 1, : len(powers) - 1].copy()
     companion[0] = [-power / powers[0] for power in powers[1:]]
     found = np.linalg.eigvals(companion).tolist()
-    roots = sorted(cmath.phase(z) for z in found if abs(abs(z) - 1.0) < _NEAR_CIRCLE)
+    near = (cmath.phase(z) for z in found if abs(abs(z) - 1.0) < _NEAR_CIRCLE)
+    roots = sorted(_improved(polynomial, angle) for angle in near)
     ends = [*roots[1:], *(root + math.tau for root in roots[:1])]
     values = [evaluate(polynomial, 0.5 * (left + right))[0] for left, right in zip(roots, ends)]
-    clear = min(map(abs, values), default=math.inf) > _TOUCHING * tolerance
-    return (
-        roots if clear and all(v * w < 0.0 for v, w in zip(values, values[-1:] + values)) else None
-    )
+    if any(abs(value) <= _TOUCHING * tolerance for value in values):
+        return None
+    return roots if all(v * w < 0.0 for v, w in zip(values, values[-1:] + values)) else None
+
+
+def _improved(polynomial: Cubic, angle: float) -> float:
+    """A root by one step of Newton's method: eigenvalues beside each other have a larger error."""
+    value, slope, _ = evaluate(polynomial, angle)
+    return angle - value / slope if slope else angle
 
 
 # Real roots of many polynomials at once, on flat arrays with one entry a root.
