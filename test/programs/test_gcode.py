@@ -224,6 +224,9 @@ def test_what_is_not_done_is_told_once():
     text = "M104 S200\nM117 Layer (1\nG1 X1 E5 F600\nM104 S210\nX2 E6\nG92 E0\nT0\nM82\n"
     told = {each.word: each.line for each in read(text, MARLIN).told}
     assert told == {"M104": 1, "M117": 2, "E": 3, "T": 7, "M82": 8}
+    # A text may look like words.
+    program = read("M117 G28 X1 X2\nG1 X1 F600\n", MARLIN)
+    assert [(each.word, each.line) for each in program.told] == [("M117", 1)]
     program = read("G0 X1\nM1234\nM1234.5 Q7\n", ignored=frozenset({"M1234", "M1234.5"}))
     assert [each.word for each in program.told] == ["M1234", "M1234.5"]
     program = read("G1 X1 F5 A100 S5 E5 J9\n", DELTA_X)
