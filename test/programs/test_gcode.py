@@ -446,6 +446,8 @@ WRONG = {
     "text of a printer": (NIST, "M117 Hello", 1, 1, "M117", "not understood"),
     "name": (MARLIN, "START_PRINT BED=60", 1, 1, "START_PRINT", "under ignored"),
     "told and more": (MARLIN, "M104 S200 G1 X1", 1, 1, "M104", "line of its own"),
+    "motion before what is told": (MARLIN, "G0 X1\nX5 M104 S2", 2, 4, "M104", "line of its own"),
+    "motion before a text": (MARLIN, "G0 X1\nX5 M117 X7", 2, 4, "M117", "line of its own"),
     "checksum": (MARLIN, "N3 T0*58", 1, 6, "*58", "the checksum of this line is 57"),
     "checksum of nothing": (MARLIN, "*7", 1, 1, "*7", "the checksum of this line is 0"),
     "flag": (MARLIN, "G1 X Y5", 1, 4, "X", "X has no number"),
