@@ -224,6 +224,9 @@ def test_what_is_not_done_is_told_once():
     text = "M104 S200\nM117 Layer (1\nG1 X1 E5 F600\nM104 S210\nX2 E6\nG92 E0\nT0\nM82\n"
     told = {each.word: each.line for each in read(text, MARLIN).told}
     assert told == {"M104": 1, "M117": 2, "E": 3, "T": 7, "M82": 8}
+    # A text may look like words.
+    program = read("M117 G28 X1 X2\nG1 X1 F600\n", MARLIN)
+    assert [(each.word, each.line) for each in program.told] == [("M117", 1)]
     program = read("G0 X1\nM1234\nM1234.5 Q7\n", ignored=frozenset({"M1234", "M1234.5"}))
     assert [each.word for each in program.told] == ["M1234", "M1234.5"]
     program = read("G1 X1 F5 A100 S5 E5 J9\n", DELTA_X)
@@ -445,6 +448,8 @@ WRONG = {
     "text of a printer": (NIST, "M117 Hello", 1, 1, "M117", "not understood"),
     "name": (MARLIN, "START_PRINT BED=60", 1, 1, "START_PRINT", "under ignored"),
     "told and more": (MARLIN, "M104 S200 G1 X1", 1, 1, "M104", "line of its own"),
+    "motion before what is told": (MARLIN, "G0 X1\nX5 M104 S2", 2, 4, "M104", "line of its own"),
+    "motion before a text": (MARLIN, "G0 X1\nX5 M117 X7", 2, 4, "M117", "line of its own"),
     "checksum": (MARLIN, "N3 T0*58", 1, 6, "*58", "the checksum of this line is 57"),
     "checksum of nothing": (MARLIN, "*7", 1, 1, "*7", "the checksum of this line is 0"),
     "flag": (MARLIN, "G1 X Y5", 1, 4, "X", "X has no number"),

@@ -620,7 +620,9 @@ def _is_told(machine: Machining, line: Line) -> bool:
     for name, index in line.commands.items():
         if name not in machine.customs.told and name not in ignored:
             continue
-        if len(line.commands) > 1:
+        # The words before it are not its own.
+        moves = any(0 <= line.index(letter) < index for letter in f"{AXES}{CENTRES}F")
+        if moves or len(line.commands) > 1:
             line.fail(index, "write it on a line of its own: it does not concern the motion")
         if name not in ignored and _concerns(machine, name, line, index):
             return False

@@ -141,7 +141,12 @@ class _Interpreter:
             if "E" in letters and straight[letters]:
                 tell_extrusion(machine)
         places = straight[letters]
-        if places is None or not _move_straight(machine, values, places):
+        if places is not None and _move_straight(machine, values, places):
+            return
+        if any(letter == "M" and f"M{value:g}" in TEXTS for letter, value in zip(letters, values)):
+            # What stands behind it is a text, though it looks like words.
+            self._read_alone()
+        else:
             carry_out(machine, Line(letters, values, self._remarks.fail))
 
     def _read_alone(self) -> None:
