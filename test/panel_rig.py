@@ -91,8 +91,6 @@ class PanelRig:
         return GuiEvent(None, page, handle)  # type: ignore[arg-type]
 
 
-
-
 class ProgramRig:
     """What runs programs, beside a tab; the settings have a work offset.
 
