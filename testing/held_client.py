@@ -1,6 +1,6 @@
 """A client that sends targets until it is killed: run as a process by tests.
 
-Arguments: kind of target (as in ``testing.flood``, ``path`` or ``tour``), then two places [m] or
+Arguments: kind of target (one of ``KINDS``, ``path`` or ``tour``), then two places [m] or
 velocities [m/s] of three numbers each. SIGUSR1 has it send the one and the other in turn, SIGUSR2
 has it cease, which it confirms.
 """
@@ -14,12 +14,16 @@ from typing import Any
 
 import rclpy
 from geometry_msgs.msg import Point, Pose, PoseStamped, TwistStamped
-from nav_msgs.msg import Path
+from nav_msgs.msg import Odometry, Path
 from rclpy.signals import SignalHandlerOptions
 
-from testing.flood import KINDS
-
 READY, CEASED = "somebody listens", "ceased"
+# Topic and type of each kind of target.
+KINDS = {
+    "pose": ("target_pose", PoseStamped),
+    "twist": ("target_twist", TwistStamped),
+    "state": ("target_state", Odometry),
+}
 PATHS = {kind: ("target_path", Path) for kind in ("path", "tour")}
 ROUNDS = 2  # of a tour between the two places
 PERIOD = 0.02  # s

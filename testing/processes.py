@@ -10,7 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from testing import waiting
-from tri_glide_kinematics.ros.starting import NodeProcesses, Process, default_parameter_file
+from tri_glide_kinematics.ros.starting import (
+    NodeProcesses,
+    Process,
+    default_parameter_file,
+    executable,
+)
 
 # So many characters of what a node has written are shown if something goes wrong with it.
 LAST_WORDS = 2000
@@ -100,11 +105,9 @@ class Launcher:
         prefix: Sequence[str] = (),
     ) -> RunningNode:
         """Start the installed executable ``name``; parameters are written as in YAML."""
-        log = self._new_log(name)
-        namespace = namespace or self._namespace
-        command = [*_in_namespace(namespace), *_with_parameters(parameters or {}), *arguments]
-        process = self._processes.start(name, command, log, prefix)
-        return self._watched(name, namespace, process, log)
+        command = [*prefix, str(executable(name))]
+        words = [*_with_parameters(parameters or {}), *arguments]
+        return self._started(name, namespace, command, words)
 
     def start_module(
         self,
@@ -117,25 +120,21 @@ class Launcher:
         arguments: Sequence[str] = (),
     ) -> RunningNode:
         """Start a Python module, which is the node ``name``; bare without ``parameters``."""
-        log = self._new_log(name)
-        namespace = namespace or self._namespace
-        command = [sys.executable, "-m", module, *module_arguments, "--ros-args"]
-        command += [*_in_namespace(namespace), *arguments]
-        if parameters:
-            command += _with_parameters(parameters)
-        process = self._processes.start_command(command, log)
-        return self._watched(name, namespace, process, log)
+        command = [sys.executable, "-m", module, *module_arguments]
+        words = [*arguments, *(_with_parameters(parameters) if parameters else ())]
+        return self._started(name, namespace, command, words)
 
     def stop(self) -> None:
         """End all nodes that still run."""
         self._processes.stop()
 
-    def _new_log(self, name: str) -> Path | None:
-        return self._folder / f"{name}_{next(self._count)}.log" if self._folder else None
-
-    def _watched(
-        self, name: str, namespace: str, process: Process, log: Path | None
+    def _started(
+        self, name: str, namespace: str | None, command: list[str], ros_arguments: list[str]
     ) -> RunningNode:
+        namespace = namespace or self._namespace
+        log = self._folder / f"{name}_{next(self._count)}.log" if self._folder else None
+        command += ["--ros-args", "-r", f"__ns:={namespace}", *ros_arguments]
+        process = self._processes.start_command(command, log)
         self.started.append(RunningNode(name, namespace, process, log))
         return self.started[-1]
 
@@ -169,10 +168,6 @@ def python_path() -> str:
     return os.pathsep.join([*(path for path in paths if Path(path).resolve() != ROOT), str(ROOT)])
 
 
-def _in_namespace(namespace: str) -> list[str]:
-    return ["-r", f"__ns:={namespace}"]
-
-
 def _with_parameters(parameters: Mapping[str, Any]) -> list[str]:
     command = ["--params-file", str(default_parameter_file())]
     for key, value in parameters.items():
@@ -188,20 +183,20 @@ def _as_yaml(value: Any) -> str:
     return str(value)
 
 
-def processes_in(namespace: str) -> list[str]:
-    """Return the command lines of the processes whose nodes were started in a ``namespace``.
+def processes_in(namespace: str) -> dict[int, list[str]]:
+    """Return the words that started each process of a ``namespace``, by its number.
 
     The graph of ROS does not tell whether a node has ended: on a busy computer one in a hundred
     remains in the graph of another process, whichever way it ends (docs/middleware.md).
     """
-    found = []
+    found = {}
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             words = (folder / "cmdline").read_text(errors="replace").split("\0")
         except OSError:  # it has ended meanwhile
             continue
         if f"__ns:={namespace}" in words:
-            found.append(" ".join(words))
+            found[int(folder.name)] = words
     return found
 
 

@@ -1,14 +1,17 @@
 """Rough treatment of a running machine, for as long as one likes."""
 
+import math
 import random
-import subprocess
-import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile
+
 from testing.commands import KINEMATICS, LIMITS
+from testing.held_client import KINDS
 from testing.machine import PATIENCE, Machine
 
 HOME = (0.0, 0.0, 0.25)
@@ -49,15 +52,27 @@ def assert_normal_target_is_reached(machine: Machine) -> None:
     assert max(abs(a - b) for a, b in zip(machine.heights(), expected)) < 1e-5
 
 
-def flood(machine: Machine, rate: float, number: int, kind: str = "pose") -> None:
-    """Publish a ``number`` of targets of a ``kind``, ``rate`` a second, from another process."""
-    script = Path(__file__).with_name("flood.py")
-    arguments = [sys.executable, str(script), machine.namespace, kind, str(rate), str(number)]
-    with subprocess.Popen(arguments) as process:
-        machine.client.wait_for(
-            lambda: process.poll() is not None, "the flood to end", 10.0 * number / rate + 60.0
-        )
-    assert process.returncode == 0
+def flood(machine: Machine, rate: float, number: int, kind: str) -> None:
+    """Publish a ``number`` of targets, ``rate`` a second; two in three are impossible.
+
+    It takes longer on a busy computer.
+    """
+    client, source = machine.client, random.Random(1)
+    topic, message_type = KINDS[kind]
+    publisher = client.publisher(message_type, topic, QoSProfile(depth=1000))
+    client.wait_for_subscribers(publisher)
+    messages = [_target(message_type(), source) for _ in range(1000)]
+    begin, count = time.monotonic(), 0
+    while count < number:
+        due = min(rate * (time.monotonic() - begin), number)
+        stamp = client.node.get_clock().now().to_msg()
+        while count < due:
+            message = messages[count % len(messages)]
+            message.header.stamp = stamp
+            publisher.publish(message)
+            count += 1
+        client.spin_once(0.0)
+    client.node.destroy_publisher(publisher)
 
 
 def parameter_storm(machine: Machine, duration: float, least: int = 1) -> int:
@@ -85,3 +100,19 @@ def parameter_storm(machine: Machine, duration: float, least: int = 1) -> int:
 
 def _three(source: random.Random, low: float, high: float) -> list[float]:
     return [low * (high / low) ** source.random() for _ in range(3)]
+
+
+def _target(message: Any, source: random.Random) -> Any:
+    """Return a ``message`` with numbers of its own."""
+    if isinstance(message, TwistStamped):
+        linear = message.twist.linear
+        linear.x, linear.y = source.uniform(-0.2, 0.2), source.uniform(-0.2, 0.2)
+        linear.z = source.choice((source.uniform(-0.2, 0.2), math.inf, math.nan))
+        return message
+    pose = message.pose if isinstance(message, PoseStamped) else message.pose.pose
+    point = pose.position
+    point.x, point.y = source.uniform(-0.08, 0.08), source.uniform(-0.08, 0.08)
+    point.z = source.choice((source.uniform(0.2, 0.4), 2.0, math.nan))
+    if isinstance(message, Odometry):
+        message.twist.twist.linear.x = source.uniform(-1.0, 1.0)
+    return message

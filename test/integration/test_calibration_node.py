@@ -43,7 +43,6 @@ class Calibration:
 
     def __init__(self, machine, client, nodes):
         self.machine, self.client, self._nodes = machine, client, nodes
-        self._asking = {}
 
     def start(self, folder):
         self.folder = folder
@@ -75,18 +74,11 @@ class Calibration:
     def call(self, kind, service, **fields):
         return self.client.call(kind, f"calibration_node/{service}", kind.Request(**fields))
 
-    def ask(self, kind, service, **fields):
-        """Call without waiting for the answer; requests to one service are read in this order."""
-        self.call(ListMeasurements, "list")
-        if service not in self._asking:
-            client = self.client.node.create_client(kind, f"calibration_node/{service}")
-            self.client.wait_for(client.service_is_ready, "the service")
-            self._asking[service] = client
-        return self._asking[service].call_async(kind.Request(**fields))
-
-    def probe(self, **fields):
+    def probe(self):
         """Probe once and return the answer: a call that asks again would come to another probe."""
-        asked = self.ask(ProbePlate, "probe", **fields)
+        client = self.client.node.create_client(ProbePlate, "calibration_node/probe")
+        self.client.wait_for(client.service_is_ready, "the service")
+        asked = client.call_async(ProbePlate.Request())
         self.client.wait_for(asked.done, "the end of the probe")
         return asked.result()
 

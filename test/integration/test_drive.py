@@ -6,43 +6,32 @@ import signal
 import subprocess
 
 import pytest
-import yaml
 
 from testing.commands import KINEMATICS
 from testing.forks import ForkedNodes
-from testing.processes import python_path
+from testing.processes import TIMEOUT, RunningNode, python_path
 from tri_glide_interfaces.msg import Output
 from tri_glide_kinematics.control import WAS_STOPPED, Cause
-from tri_glide_kinematics.programs import (
-    RunState,
-    load_kept,
-)
+from tri_glide_kinematics.programs import RunState, load_kept
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 from tri_glide_kinematics.ros.starting import executable
 
-TIMEOUT = 60.0  # s
 START = (0.6, 0.6, 0.6)  # m
 
 
-class Command:
+class Command(RunningNode):
     """A running ``drive``: a fork, as nodes are, or with ``streams`` a process of its own."""
 
     def __init__(self, file, namespace, log, options=(), **streams):
         command = [str(executable("drive")), str(file), *options]
         command += ["--ros-args", "-r", f"__ns:={namespace}"]
-        self._log = log
         if streams:
             with log.open("wb") as output:
                 streams = {"stdout": output, "stderr": subprocess.STDOUT, **streams}
-                self.process = subprocess.Popen(command, **streams)
+                process = subprocess.Popen(command, **streams)
         else:
-            forks = ForkedNodes({"PYTHONPATH": python_path()})
-            self.process = forks.start_command(command, log)
-
-    @property
-    def output(self):
-        """What it has written so far."""
-        return self._log.read_text()
+            process = ForkedNodes({"PYTHONPATH": python_path()}).start_command(command, log)
+        super().__init__("drive", namespace, process, log)
 
     def end(self):
         """Wait for the end, and return the exit code."""
@@ -53,31 +42,23 @@ class Command:
         lines = self.output.partition("largest deviation\n")[2].splitlines()
         return [line.split() for line in lines if line[:4].strip().isdigit()]
 
-    def close(self):
-        self.process.kill()
-        self.end()
-
 
 @pytest.fixture
 def drive(running_machine, tmp_path):
-    """Return a function that drives a file, steps in metres, or the lines of a program."""
+    """Return a function that drives a file, or the lines of a program."""
     commands = []
 
-    def started(steps, *options, **keys):
-        file = steps
-        if isinstance(steps, list):
-            file = tmp_path / "drive.yaml"
-            file.write_text(yaml.safe_dump({"steps": steps}))
-        elif "\n" in steps:
+    def started(file, *options, **streams):
+        if "\n" in file:
+            (tmp_path / "part.gcode").write_text(file)
             file = tmp_path / "part.gcode"
-            file.write_text(steps)
         log = tmp_path / f"drive_{len(commands)}.log"
-        commands.append(Command(file, running_machine.namespace, log, options, **keys))
+        commands.append(Command(file, running_machine.namespace, log, options, **streams))
         return commands[-1]
 
     yield started
     for command in commands:
-        command.close()
+        command.signal(signal.SIGKILL)
 
 
 def test_the_example_is_driven_to_its_end(running_machine, drive):
@@ -112,7 +93,7 @@ def test_a_stop_while_a_program_is_checked_lets_nothing_move(running_machine, dr
     client.wait_for(lambda: client.node.count_publishers("outputs") > 1, "the command")
     count = len(machine.states)
     # Nobody sees from outside when the check begins: one of these comes while it lasts.
-    client.wait_for(lambda: client.stop() and command.process.poll() is not None, "the end")
+    client.wait_for(lambda: client.stop() and not command.is_running, "the end")
     assert command.end() == 1, command.output
     assert machine.states_since(count) == []
     machine.catch_up()
@@ -192,7 +173,7 @@ def test_enter_lets_the_program_go_on(running_machine, drive):
         client.wait_for(lambda: "tool 1: press Enter" in command.output, "the first stop")
         # Whoever changes a tool moves the platform; the program goes on from where it was left.
         machine.move((0.03, 0.0, 0.3))
-        assert command.process.poll() is None
+        assert command.is_running
         os.write(ours, b"\n")
         client.wait_for(lambda: "M1: press Enter" in command.output, "the second stop")
         os.write(ours, b"\n")

@@ -35,14 +35,8 @@ class Command:
 
     def pid_of(self, node: str) -> int:
         """Return the number of the process of a node."""
-        for folder in Path("/proc").glob("[0-9]*"):
-            try:
-                words = (folder / "cmdline").read_text(errors="replace").split("\0")
-            except OSError:  # it has ended meanwhile
-                continue
-            if f"__ns:={self.namespace}" in words and any(w.endswith(f"/{node}") for w in words):
-                return int(folder.name)
-        raise AssertionError(f"{node} does not run")
+        running = processes_in(self.namespace).items()
+        return next(pid for pid, words in running if any(w.endswith(f"/{node}") for w in words))
 
     def interrupt(self) -> int:
         """Press Ctrl-C, and return the exit code."""

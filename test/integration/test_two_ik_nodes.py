@@ -69,14 +69,6 @@ def test_none_begins_to_lead_beside_another(machine, client, nodes):
     client.wait_for(lambda: other.state == "idle", "the other to lead")
 
 
-def test_a_second_one_of_the_same_name(machine, client, nodes):
-    machine.start()
-    second = nodes.start("ik_node", PATIENCE)
-    another = publishes(f"another {client.namespace}/ik_node", client)
-    client.wait_for(lambda: f"fault: {another}" in machine.ik.output, "the first to fault")
-    client.wait_for(lambda: another in second.output, "the second to notice")
-
-
 def test_a_publisher_that_is_no_ik_node(running_machine):
     machine, client = running_machine, running_machine.client
     publisher = client.publisher(JointState, "joint_commands")
