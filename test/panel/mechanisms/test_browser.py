@@ -11,9 +11,12 @@ from mechanisms_rig import NAP, Rig, page_server
 
 from testing.browser import DESKTOP, PHONE, browser, find_browser
 from tri_glide_kinematics.mechanisms.pictures import BLUE, GREEN, ORANGE
+from tri_glide_kinematics.motion.limits import SliderState
+from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.machine_scene import light_plainly
 from tri_glide_kinematics.panel.mechanisms.tab import PALE, rgb
-from tri_glide_kinematics.panel.tabs import CurveLimits, Curves
+from tri_glide_kinematics.panel.tabs.curves import Curves
+from tri_glide_kinematics.settings import IK_NODE
 
 pytestmark = [
     # It starts none, but a browser is as much to do as they are.
@@ -22,9 +25,9 @@ pytestmark = [
     pytest.mark.skipif(find_browser() is None, reason="no browser is installed"),
 ]
 
+FACTS = MachineFacts({parameter.name: parameter.default for parameter in IK_NODE})
 SAME = 25  # of 255, between a colour and one that counts as it
 SCENE_WIDTH = 950  # pixels, of a wide window; beside it are the controls
-LIMITS = CurveLimits((0.3,) * 3, (0.9,) * 3, (1.0,) * 3, (10.0,) * 3)
 CHOICE = "[...document.querySelectorAll('input')].find((e) => e.offsetWidth > 100)"
 
 
@@ -42,14 +45,15 @@ class Screen:
         self.rig = rig
         self.page = page
         with rig.server.gui.add_folder("Curves"):
-            self.curves = Curves(rig.server.gui, LIMITS)
+            self.curves = Curves(rig.server.gui)
 
     def spin(self):
         now = time.monotonic()
         self.rig.tab.step(now)
         heights = (0.5 + 0.1 * math.sin(3.0 * now), 0.6, 0.7)
-        self.curves.history.add(now, heights, (0.3, 0.0, -0.3), (3.0, 0.0, -3.0))
-        self.curves.draw(now)
+        motion = SliderState(heights, (0.3, 0.0, -0.3), (3.0, 0.0, -3.0))
+        self.curves.take([(now, motion)])
+        self.curves.draw(now, FACTS)
         time.sleep(NAP)
 
     def open(self):
