@@ -15,7 +15,7 @@ from tri_glide_kinematics.motion.limits import SliderState
 from tri_glide_kinematics.panel.link import MachineFacts
 from tri_glide_kinematics.panel.machine_scene import light_plainly
 from tri_glide_kinematics.panel.mechanisms.tab import PALE, rgb
-from tri_glide_kinematics.panel.tabs.curves import Curves
+from tri_glide_kinematics.panel.tabs import Curves
 from tri_glide_kinematics.settings import IK_NODE
 
 pytestmark = [

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
+    from tri_glide_kinematics.panel.tabs.curves import Curves as Curves
     from tri_glide_kinematics.panel.tabs.curves import SwingTab as SwingTab
     from tri_glide_kinematics.panel.tabs.drive_tab import DriveTab as DriveTab
     from tri_glide_kinematics.panel.tabs.live_view import LiveView as LiveView
