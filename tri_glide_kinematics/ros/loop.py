@@ -50,8 +50,8 @@ class Cycle:
         step: is done in each cycle, once all that came in is handled.
         work: is called after each cycle with the time.monotonic() until which it may work [s],
             which is past where there is no time left. It is not called without a period.
-        early: of what is urgent, what takes so long that it is begun in the sleep: the first that
-            comes in between two cycles is handled at once.
+        early: of what is urgent, what takes so long that it is handled in the sleep: the first that
+            comes in between two cycles at once, or behind the step if that would end too late.
         may_end: is asked before each further cycle once the loop is to stop, and returns whether it
             may: what moves has to come to rest before.
         end: is done once, after the last cycle, unless nothing can be sent any more.
@@ -95,6 +95,10 @@ class CycleLoop:
         self._survive = survive
         self._inputs = UrgentInputs(cycle.urgent, survive)
         self._early = UrgentInputs(cycle.early, survive)
+        self._rest = UrgentInputs((x for x in cycle.urgent if x not in cycle.early), survive)
+        # What is early has come in too late to be handled before the step.
+        self._is_late = False
+        self._reading = PlanningTime()
         self._arrivals = Arrivals(cycle.urgent if cycle.period is None else cycle.early)
         self._others = OtherTurns(node, cycle.urgent, cycle.own, cycle.patience)
         self._next = monotonic()
@@ -147,14 +151,26 @@ class CycleLoop:
 
     def _run_cycle(self, period: float) -> None:
         """Wait for the next cycle, and run it."""
-        if not self._wait():
+        if not self._wait(period):
             return
         now = monotonic()
         self._next += period * (1 + math.floor((now - self._next) / period))
-        self._inputs.handle(now + INPUT_PART * period)
+        inputs = self._rest if self._is_late else self._inputs
+        inputs.handle(now + INPUT_PART * period)
         self._do(self._cycle.step)
+        if self._is_late:
+            self._is_late = False
+            self._read_early()
         self._give_turn()
         self._work()
+
+    def _read_early(self) -> bool:
+        """Handle the oldest of what is early; tell whether there was any."""
+        begin = monotonic()
+        is_any = self._early.handle(until=0.0)
+        if is_any:
+            self._reading.note(monotonic() - begin)
+        return is_any
 
     def _work(self) -> None:
         """Do background work until shortly before the next cycle."""
@@ -162,7 +178,7 @@ class CycleLoop:
         if work is not None:
             self._do(partial(work, self._next - WORK_MARGIN))
 
-    def _wait(self) -> bool:
+    def _wait(self, period: float) -> bool:
         """Sleep until the next cycle, and return whether there is to be one.
 
         Others get their turns in a sleep that is long enough for them.
@@ -173,7 +189,10 @@ class CycleLoop:
             is_turn = left - nap > ROOM
             pause = nap if is_turn else left
             if wait(pause):
-                if self._early.handle(until=0.0):
+                self._is_late = not self._reading.is_short(self._next + INPUT_PART * period)
+                if self._is_late:
+                    wait = sleep
+                elif self._read_early():
                     self._work()
                     # One in a cycle: a flood is no reason not to sleep.
                     wait = sleep
@@ -355,12 +374,12 @@ class ReadyLook:
     """
 
     def __init__(self, node: Node, left_out: Container[Any]) -> None:
-        """List all that ``node`` waits for, save what is ``left_out``."""
+        """List all that ``node`` waits for, save timers and what is ``left_out``."""
         subscriptions = [each for each in node.subscriptions if each not in left_out]
         services = [each for each in node.services if each not in left_out]
-        timers, clients = list(node.timers), list(node.clients)
+        clients = list(node.clients)
         self._waitables: list[Any] = list(node.waitables)
-        count = NumberOfEntities(len(subscriptions), 1, len(timers), len(clients), len(services))
+        count = NumberOfEntities(len(subscriptions), 1, 0, len(clients), len(services))
         for waitable in self._waitables:
             count += waitable.get_num_entities()
         self._wait_set = wait_set = rclpy_implementation.WaitSet(
@@ -378,7 +397,6 @@ class ReadyLook:
             self._guard = rclpy_implementation.GuardCondition(context)
         kinds: tuple[tuple[str, Callable[[Any], object], list[Any]], ...] = (
             ("subscription", wait_set.add_subscription, subscriptions),
-            ("timer", wait_set.add_timer, timers),
             ("client", wait_set.add_client, clients),
             ("service", wait_set.add_service, services),
         )
@@ -387,7 +405,7 @@ class ReadyLook:
         self._adding.append((wait_set.add_guard_condition, self._guard))
 
     def is_any_ready(self) -> bool:
-        """Tell whether a message, a request, an answer, a timer or an event is there."""
+        """Tell whether a message, a request, an answer or an event is there."""
         wait_set = self._wait_set
         wait_set.clear_entities()
         for add, handle in self._adding:
@@ -434,7 +452,7 @@ class OtherTurns(SingleThreadedExecutor):
         self._own = own
         self._attentive_until = 0.0
         # Of the last look of the executor there may be callbacks left; and it may have tasks.
-        self._has_more = False
+        self._has_more = self._was_timer = False
         self._has_tasks = False
         self._look: ReadyLook | None = None
         super().__init__(context=node.context)
@@ -442,7 +460,7 @@ class OtherTurns(SingleThreadedExecutor):
 
     def can_execute(self, entity: Any) -> bool:
         """Tell whether to look at ``entity``."""
-        is_left_out = entity in self._urgent or entity in self._own
+        is_left_out = isinstance(entity, Timer) or entity in self._urgent or entity in self._own
         return not is_left_out and super().can_execute(entity)
 
     def wake(self) -> None:
@@ -477,12 +495,17 @@ class OtherTurns(SingleThreadedExecutor):
         Raises:
             Exception: what the callback raises.
         """
-        ready = self._next_ready()
-        self._has_more = ready is not None
+        timer = self._ready_timer()
+        ready = None
+        # Behind each timer it is the turn of what else is ready.
+        if timer is None or self._was_timer:
+            ready = self._next_ready()
+            self._has_more = ready is not None
+        self._was_timer = ready is None and timer is not None
         now = monotonic()
-        if ready is not None and not isinstance(ready[1], Timer):
+        if ready is not None:
             self._attentive_until = now + ATTENTION
-        is_short = self._has_more or now < self._attentive_until
+        is_short = self._was_timer or now < self._attentive_until
         self.due = now + self._patience() * (SHORT_PART if is_short else 1.0)
         if ready is not None:
             handler, _ = ready
@@ -490,7 +513,16 @@ class OtherTurns(SingleThreadedExecutor):
             self._has_tasks |= not handler.done()
             # Raises what the callback has raised.
             handler.result()
-        return self._has_more
+        elif timer is not None:
+            with timer.handle:
+                timer.handle.call_timer()
+            timer.callback()
+        return ready is not None or timer is not None
+
+    def _ready_timer(self) -> Timer | None:
+        """Return the timer that is ready for longest: the executor would make a list for each."""
+        ready = [timer for timer in self._node.timers if timer.is_ready()]
+        return min(ready, key=Timer.time_until_next_call, default=None)
 
     def _is_any_ready(self) -> bool:
         if self._look is None:
@@ -543,6 +575,10 @@ class PlanningTime:
         self._has_begun = True
         return is_allowed
 
+    def note(self, taken: float) -> None:
+        """Learn from a piece that has ``taken`` so long [s]."""
+        self._expected = max(taken, FORGETTING * self._expected)
+
     def until(self, end: float) -> Callable[[], bool]:
         """Return what is asked after each piece, from now on, whether there is time for another.
 
@@ -553,7 +589,7 @@ class PlanningTime:
         def may_go_on() -> bool:
             nonlocal begin
             now = self._clock()
-            self._expected = max(now - begin, FORGETTING * self._expected)
+            self.note(now - begin)
             begin = now
             return now + self._expected < end
 
