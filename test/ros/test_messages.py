@@ -1,5 +1,6 @@
 import math
 import struct
+from contextlib import suppress
 
 import pytest
 from geometry_msgs.msg import PoseStamped, TwistStamped
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock
 from rclpy.duration import Duration
+from rclpy.serialization import serialize_message
 from rclpy.time import Time
 from soak import many
 
@@ -18,6 +20,9 @@ from tri_glide_kinematics.ros.messages import (
     moving_target,
     target_position,
     target_velocity,
+    told_pose,
+    told_state,
+    told_twist,
 )
 
 NAMES = ["slider_1", "slider_2", "slider_3"]
@@ -34,7 +39,7 @@ def pose(position=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0), frame=BASE)
     point, q = message.pose.position, message.pose.orientation
     point.x, point.y, point.z = position
     q.x, q.y, q.z, q.w = orientation
-    return message
+    return told_pose(serialize_message(message))
 
 
 def twist(linear=(0.0, 0.0, 0.0), angular=(0.0, 0.0, 0.0), frame=BASE):
@@ -43,7 +48,7 @@ def twist(linear=(0.0, 0.0, 0.0), angular=(0.0, 0.0, 0.0), frame=BASE):
     v, w = message.twist.linear, message.twist.angular
     v.x, v.y, v.z = linear
     w.x, w.y, w.z = angular
-    return message
+    return told_twist(serialize_message(message))
 
 
 def test_a_target_is_neither_too_old_nor_of_another_clock():
@@ -61,6 +66,32 @@ def test_a_target_is_neither_too_old_nor_of_another_clock():
         with pytest.raises(RefusedMessageError) as caught:
             age_of_target(stamp.to_msg(), clock, timeout)
         assert caught.value.refusal is Refusal.STAMP
+
+
+@given(st.text(max_size=9), st.text(max_size=9), st.integers(0, 2**31 - 1), st.data())
+def test_bytes_say_what_the_message_says_and_too_few_are_refused(frame, child, sec, data):
+    message = Odometry(child_frame_id=child.replace("\0", ""))
+    message.header.frame_id = frame.replace("\0", "")
+    message.header.stamp.sec, message.header.stamp.nanosec = sec, 999_999_999
+    point, linear = message.pose.pose.position, message.twist.twist.linear
+    point.x, point.z, linear.x, linear.z = 0.1, 0.2, 0.3, 0.4
+    message.pose.covariance[35], message.twist.covariance[35] = 5.0, 6.0
+    written = bytes(serialize_message(message))
+    told = told_state(written)
+    assert (told.stamp, told.frame) == (message.header.stamp, message.header.frame_id)
+    assert [told.numbers[at] for at in (0, 2, 6, 42, 43, 45, 84)] == [0.1, 0.2, 1, 5, 0.3, 0.4, 6]
+    for read in (told_pose, told_twist, told_state):
+        with pytest.raises(RefusedMessageError, match="bytes are no"):
+            read(written[: data.draw(st.integers(0, 60))])
+    with pytest.raises(RefusedMessageError, match=f"{len(written) - 1} bytes are no state"):
+        told_state(written[:-1])
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_are_read_or_refused(data):
+    for read in (told_pose, told_twist, told_state):
+        with suppress(RefusedMessageError):
+            read(b"\0\1\0\0" + data)
 
 
 @pytest.mark.parametrize("frame", [BASE, ""])
@@ -104,13 +135,16 @@ def test_the_state_of_a_target_that_is_no_number_in_full_is_refused_and_its_spee
     state.pose.pose.orientation.w = 1.0
     linear.x, linear.y, linear.z = 0.1, 5e-324, -1e-310
     point.x, point.y, point.z = -0.02, 0.0, 0.28
-    assert moving_target(state, BASE) == ((-0.02, 0.0, 0.28), (0.1, 0.0, 0.0))
+    assert moving_target(told_state(serialize_message(state)), BASE) == (
+        (-0.02, 0.0, 0.28),
+        (0.1, 0.0, 0.0),
+    )
     point.y = -5e-324
     with pytest.raises(OutOfBoundsError, match=r"target state position\.y = -4\.9\d*e-324 m"):
-        moving_target(state, BASE)
+        moving_target(told_state(serialize_message(state)), BASE)
     state.header.frame_id = "somewhere"
     with pytest.raises(RefusedMessageError, match="frame_id 'somewhere'"):
-        moving_target(state, BASE)
+        moving_target(told_state(serialize_message(state)), BASE)
 
 
 def test_velocities_that_fade_out_come_to_zero():

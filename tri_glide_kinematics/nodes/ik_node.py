@@ -52,6 +52,9 @@ from tri_glide_kinematics.ros.messages import (
     moving_target,
     target_position,
     target_velocity,
+    told_pose,
+    told_state,
+    told_twist,
 )
 from tri_glide_kinematics.ros.other_publishers import OtherPublishers, publisher_names
 from tri_glide_kinematics.ros.outputs import (
@@ -194,9 +197,15 @@ class IkNode(Node):
         )
         DiagnosticsPublisher(self, self._health)
         steady_timer(self, STATUS_PERIOD, self._tell_progress)
-        poses = self.create_subscription(PoseStamped, "target_pose", self._on_pose, RELIABLE)
-        twists = self.create_subscription(TwistStamped, "target_twist", self._on_twist, LATEST_ONLY)
-        states = self.create_subscription(Odometry, "target_state", self._on_state, LATEST_ONLY)
+        poses = self.create_subscription(
+            PoseStamped, "target_pose", self._on_pose, RELIABLE, raw=True
+        )
+        twists = self.create_subscription(
+            TwistStamped, "target_twist", self._on_twist, LATEST_ONLY, raw=True
+        )
+        states = self.create_subscription(
+            Odometry, "target_state", self._on_state, LATEST_ONLY, raw=True
+        )
         paths = self.create_subscription(Path, "target_path", self._on_path, LATEST_PATH, raw=True)
         self._measured = self.create_subscription(
             JointState, "joint_states", self._on_measured, qos_profile_sensor_data, raw=True
@@ -336,13 +345,14 @@ class IkNode(Node):
         except KinematicsError as error:
             self._unusable.add(f"unusable measurement: {error}")
 
-    def _on_pose(self, message: PoseStamped) -> None:
+    def _on_pose(self, data: bytes) -> None:
         try:
-            position = target_position(message, self._base_frame)
+            told = told_pose(data)
+            position = target_position(told, self._base_frame)
             if not self._follow_poses:
                 self._controller.move_to(position)
                 return
-            now, stamp = time.monotonic(), message.header.stamp
+            now, stamp = time.monotonic(), told.stamp
             age = 0.0
             if has_stamp(stamp):
                 clock, timeout = self.get_clock(), self._target_timeout
@@ -352,22 +362,24 @@ class IkNode(Node):
         except KinematicsError as error:
             self._refused.refuse(f"refused a target pose: {error}", error.refusal)
 
-    def _on_twist(self, message: TwistStamped) -> None:
+    def _on_twist(self, data: bytes) -> None:
         now = time.monotonic()
         try:
-            velocity = target_velocity(message, self._base_frame, self._platform_frame)
+            told = told_twist(data)
+            velocity = target_velocity(told, self._base_frame, self._platform_frame)
             self._outputs.check_jogging()
-            stamp = message.header.stamp
+            stamp = told.stamp
             age = age_of(stamp, self.get_clock()) if has_stamp(stamp) else math.nan
             self._controller.jog(velocity, now, age)
         except KinematicsError as error:
             self._refused.refuse(f"refused a target twist: {error}", error.refusal)
 
-    def _on_state(self, message: Odometry) -> None:
+    def _on_state(self, data: bytes) -> None:
         now = time.monotonic()
         try:
-            position, velocity = moving_target(message, self._base_frame)
-            age = age_of_target(message.header.stamp, self.get_clock(), self._target_timeout)
+            told = told_state(data)
+            position, velocity = moving_target(told, self._base_frame)
+            age = age_of_target(told.stamp, self.get_clock(), self._target_timeout)
             self._outputs.check_jogging()
             self._controller.track(position, velocity, now - age - self._tracking_latency, now)
         except KinematicsError as error:

@@ -35,7 +35,7 @@ from tri_glide_kinematics.motion.path import (
 from tri_glide_kinematics.reason_log import RefusalLog
 from tri_glide_kinematics.ros.inputs.path_messages import flat_path, path_outputs, path_points
 from tri_glide_kinematics.ros.inputs.transfer_messages import arrival_stamps, transfer_of
-from tri_glide_kinematics.ros.messages import target_position
+from tri_glide_kinematics.ros.messages import pose_numbers, target_position
 from tri_glide_kinematics.ros.outputs import StateReports
 from tri_glide_kinematics.ros.serving import CALLS, ActionServer, GoalEnd, PatientServices
 from tri_glide_kinematics.tri_glide import NoPoseError, TriGlide
@@ -379,7 +379,7 @@ class MotionActions:
             return _ended(GoalCode.REFUSED, str(error))
 
     def _move_to(self, request: Any) -> Command:
-        position = target_position(request.pose, self._base_frame)
+        position = target_position(pose_numbers(request.pose), self._base_frame)
         kind = self._kind_of(request)
         if request.speed == 0.0 and kind is self._kind:
             return self._controller.pursue_position(position)
