@@ -212,6 +212,52 @@ def test_what_may_come_early_is_handled_in_the_sleep(run, numbers):
     assert order[:6] == [0, 1] * 3
 
 
+def test_what_is_slow_to_read_and_comes_just_before_a_step_is_read_behind_it(run, numbers):
+    subscription, publish = numbers
+    period, steps = 0.1, Steps()
+    sent, steps_between = [], []
+
+    def send_just_before_the_step(end):
+        if len(sent) < len(steps.times):
+            sent.append(len(steps.times))
+            time.sleep(max(end - 0.005 - time.monotonic(), 0.0))
+            publish(0)
+
+    def read_slowly(_):
+        steps_between.append(len(steps.times) - sent[-1])
+        occupy(0.6 * period)
+
+    made = subscription(read_slowly)
+    run(
+        lambda: steps_between.count(1) >= 3,
+        made,
+        period=period,
+        step=steps,
+        work=send_just_before_the_step,
+        early=(made,),
+    )
+    # How long it takes is not known before the first one.
+    assert steps_between[0] == 0
+
+
+def test_timers_that_are_always_ready_leave_turns_to_others(run, node, numbers):
+    subscription, publish = numbers
+    timers, messages = [0, 0], []
+    for index in range(2):
+
+        def count(index=index):
+            timers[index] += 1
+
+        node.create_timer(1e-4, count)
+    subscription(messages.append)
+
+    def step():
+        if len(messages) < 5:
+            publish(0)
+
+    run(lambda: len(messages) >= 5 and min(timers) >= 5, step=step)
+
+
 def test_a_slow_callback_delays_a_cycle_by_itself_alone(run, numbers):
     subscription, publish = numbers
     handled = [[], []]

@@ -51,11 +51,15 @@ def test_one_long_piece_is_forgotten():
     assert 10.0 * FORGETTING**cycles < END
 
 
-def test_after_the_first_time_in_a_cycle_planning_begins_only_for_a_piece_that_fits():
+def test_planning_begins_only_for_a_piece_that_fits_or_has_waited_for_a_cycle():
     pieces = Pieces()
     pieces.work(0.3)
+    pieces.now = 0.0
+    pieces.planning.next_cycle()
+    assert pieces.planning.may_begin(END)
     for _ in range(3):
-        pieces.now = 0.0
+        pieces.planning.next_cycle()
+        assert not pieces.planning.may_begin(0.2)
         pieces.planning.next_cycle()
         assert pieces.planning.may_begin(0.2)
         assert not pieces.planning.may_begin(0.2)

@@ -563,16 +563,17 @@ class PlanningTime:
         """Expect short pieces; ``clock`` returns seconds."""
         self._clock = clock
         self._expected = 0.0
-        self._has_begun = False
+        self._has_begun = self._has_waited = False
 
     def next_cycle(self) -> None:
-        """Begin a cycle, in which a piece is planned, however long it lasts."""
+        """Begin a cycle, in which a piece of any length is planned if none was in the last one."""
+        self._has_waited = not self._has_begun
         self._has_begun = False
 
     def may_begin(self, end: float) -> bool:
-        """Return whether to plan: for the first time in a cycle, or a piece before ``end`` [s]."""
-        is_allowed = not self._has_begun or self.is_short(end)
-        self._has_begun = True
+        """Return whether to plan a piece: one before ``end`` [s], or that waited for a cycle."""
+        is_allowed = self.is_short(end) or (self._has_waited and not self._has_begun)
+        self._has_begun |= is_allowed
         return is_allowed
 
     def note(self, taken: float) -> None:
