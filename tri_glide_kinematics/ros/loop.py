@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection, Container, Iterable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
+from inspect import iscoroutinefunction
 from select import select
 from time import monotonic, sleep
 from typing import Any, Protocol, TypeAlias
@@ -371,6 +372,9 @@ class ReadyLook:
 
     The executor makes its list anew each time, which takes 0.1 to 0.2 ms for one of our nodes; a
     look at a list that is there takes 0.03 ms. It holds as long as the node has the same entities.
+
+    Attributes:
+        asked: the service that was asked at the last look, if nothing else was ready.
     """
 
     def __init__(self, node: Node, left_out: Container[Any]) -> None:
@@ -391,6 +395,7 @@ class ReadyLook:
             count.num_events,
             node.context.handle,
         )
+        self.asked: Service | None = None
         # Without anything that is ready, the wait set would sleep, be it for no time.
         context: Any = node.context.handle
         with context:
@@ -400,6 +405,7 @@ class ReadyLook:
             ("client", wait_set.add_client, clients),
             ("service", wait_set.add_service, services),
         )
+        self._services = {each.handle.pointer: each for each in services}
         self._kinds = [name for name, _, entities in kinds if entities]
         self._adding = [(add, each.handle) for _, add, entities in kinds for each in entities]
         self._adding.append((wait_set.add_guard_condition, self._guard))
@@ -414,9 +420,10 @@ class ReadyLook:
             waitable.add_to_wait_set(wait_set)
         self._guard.trigger_guard_condition()
         wait_set.wait(0)
-        return any(map(wait_set.get_ready_entities, self._kinds)) or any(
-            waitable.is_ready(wait_set) for waitable in self._waitables
-        )
+        ready = [each for kind in self._kinds for each in wait_set.get_ready_entities(kind)]
+        is_event = any(waitable.is_ready(wait_set) for waitable in self._waitables)
+        self.asked = self._services.get(ready[0]) if len(ready) == 1 and not is_event else None
+        return is_event or bool(ready)
 
 
 # A client that asked for something often asks again: for so long after it [s], looks are this part
@@ -496,57 +503,70 @@ class OtherTurns(SingleThreadedExecutor):
             Exception: what the callback raises.
         """
         timer = self._ready_timer()
-        ready = None
         # Behind each timer it is the turn of what else is ready.
-        if timer is None or self._was_timer:
-            ready = self._next_ready()
-            self._has_more = ready is not None
-        self._was_timer = ready is None and timer is not None
+        call = self._next_call() if timer is None or self._was_timer else None
+        self._was_timer = call is None and timer is not None
         now = monotonic()
-        if ready is not None:
+        if call is not None:
             self._attentive_until = now + ATTENTION
         is_short = self._was_timer or now < self._attentive_until
         self.due = now + self._patience() * (SHORT_PART if is_short else 1.0)
-        if ready is not None:
-            handler, _ = ready
-            handler()
-            self._has_tasks |= not handler.done()
-            # Raises what the callback has raised.
-            handler.result()
+        if call is not None:
+            call()
         elif timer is not None:
             with timer.handle:
                 timer.handle.call_timer()
             timer.callback()
-        return ready is not None or timer is not None
+        return call is not None or timer is not None
 
     def _ready_timer(self) -> Timer | None:
         """Return the timer that is ready for longest: the executor would make a list for each."""
         ready = [timer for timer in self._node.timers if timer.is_ready()]
         return min(ready, key=Timer.time_until_next_call, default=None)
 
-    def _is_any_ready(self) -> bool:
-        if self._look is None:
-            self._look = ReadyLook(self._node, self._urgent.union(self._own))
-        return self._look.is_any_ready()
-
-    def _next_ready(self) -> tuple[Any, Any] | None:
-        """Return a callback that is ready and what it belongs to, None if there is none.
+    def _next_call(self) -> Callable[[], object] | None:
+        """Return what runs a callback that is ready, None if there is none.
 
         The executor looks anew only if it would find something, as that takes 0.2 ms.
         """
-        ready = self._taken() if self._has_more else None
-        if ready is None and (self._has_tasks or self._is_any_ready()):
+        taken = self._taken() if self._has_more else None
+        if taken is None:
+            if self._look is None:
+                self._look = ReadyLook(self._node, self._urgent.union(self._own))
+            if not (self._look.is_any_ready() or self._has_tasks):
+                self._has_more = False
+                return None
+            service = self._look.asked
+            if not (service is None or self._has_tasks or iscoroutinefunction(service.callback)):
+                self._has_more = False
+                return partial(self._answer, service)
             self._has_tasks = False
-            ready = self._taken()
-        return ready
+            taken = self._taken()
+        self._has_more = taken is not None
+        return None if taken is None else partial(self._run, taken)
 
-    def _taken(self) -> tuple[Any, Any] | None:
+    def _answer(self, service: Service) -> None:
+        """Answer one request."""
+
+        def fail(error: Exception) -> None:
+            raise error
+
+        with service.handle:
+            _Requests(service, fail).handle_one()
+
+    def _run(self, handler: Any) -> None:
+        handler()
+        self._has_tasks |= not handler.done()
+        # Raises what the callback has raised.
+        handler.result()
+
+    def _taken(self) -> Any:
         """Return what the executor has: the next of the last look; behind the last one, None."""
         # Or it would sleep where nothing is ready, be it for no time.
         super().wake()
         try:
             ready: Any = self.wait_for_ready_callbacks(timeout_sec=0.0)
-            return ready[:2]
+            return ready[0]
         except (TimeoutException, ShutdownException):
             return None
 
