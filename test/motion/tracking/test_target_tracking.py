@@ -246,3 +246,18 @@ def test_the_lead_grows_with_the_way_and_ends_where_the_target_rests_or_turns():
     for number, (position, velocity, more) in enumerate(steps):
         motion.report(MovingTarget(position, velocity), 0.01 * (number + 1))
         assert motion.at(0.5).lead == pytest.approx(5e-5 + more)
+
+
+@pytest.mark.parametrize(
+    ("speed", "kept", "reports"),
+    [(0.1, 0.97, 9000), *((speed, 1.0, 50) for speed in (1e-82, 1e-90, 1e-150, 1e-160, 1e-300))],
+)
+def test_a_target_is_followed_however_small_its_speed_becomes(speed, kept, reports):
+    motion, x, interval = TargetMotion(MovingTarget((0.0, 0.0, 0.3), STILL), 0.0), 0.0, 0.005
+    for number in range(1, reports):
+        x += speed * interval
+        speed *= kept
+        motion.report(MovingTarget((x, 0.0, 0.3), (speed, 0.0, 0.0)), number * interval)
+    now = motion.at(reports * interval)
+    assert now.position == pytest.approx((x, 0.0, 0.3), abs=max(speed, 1e-12))
+    assert now.velocity == pytest.approx((speed, 0.0, 0.0), abs=1e-12)

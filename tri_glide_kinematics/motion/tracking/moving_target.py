@@ -186,8 +186,8 @@ class WrongVelocities:
     def report(self, told: Vector3, seen: Vector3) -> None:
         """Compare a velocity as ``told`` with the one that was ``seen`` meanwhile [m/s]."""
         wrong = minus(seen, told)
-        # Written so that NaN counts nothing; a jump does not, either.
-        if not hypot(*wrong) <= LARGEST_PART * hypot(*told):
+        # Written so that NaN counts nothing; neither does a jump, nor rest.
+        if not ROUNDING < hypot(*told) >= hypot(*wrong) / LARGEST_PART:
             return
         self._count = REMEMBERED * self._count + 1.0
         self._told = REMEMBERED * self._told + dot(told, told)
@@ -195,8 +195,10 @@ class WrongVelocities:
         self._along = REMEMBERED * self._along + dot(told, wrong)
         self._across = combined(REMEMBERED, self._across, 1.0, cross(told, wrong))
         size, free = hypot(self._along, *self._across), self._count - FITTED
-        if size > 0.0 and free > 0.0:
-            left = (1.0 - size * size / (self._told * self._wrong)) * self._count / free
+        if free > 0.0:
+            # Less is rounding, and its square may be no number in full.
+            least = max(self._wrong, ROUNDING * ROUNDING)
+            left = (1.0 - size * size / (self._told * least)) * self._count / free
             explained = between(1.0 - left, *EXPLAINED)
             part = explained * between(size / self._told, *CORRECTED) / self._told
             self._part, self._turn = part * self._along, scaled(self._across, part)
