@@ -100,6 +100,7 @@ OF_UNEQUAL_LIMITS = TriGlide(UNEQUAL), UNEQUAL_LIMITS
 @pytest.mark.parametrize(
     ("machine", "limits", "start", "end"),
     [
+        (MACHINE, LIMITS, (-0.091, 0.025, 0.297), (-0.051, 0.005, 0.27)),
         (*OF_UNEQUAL_LIMITS, (-0.201, -0.029, 0.436), (-0.021, 0.037, 0.249)),
         (*OF_UNEQUAL_LIMITS, (0.207, 0.046, 0.317), (-0.017, 0.091, 0.111)),
         (*OF_UNEQUAL_LIMITS, (0.011, -0.06, 0.298), (-0.075, -0.004, 0.314)),
@@ -143,6 +144,22 @@ def test_a_plan_that_is_late_begins_later(kind):
     assert moving.preparing
     run_to_rest(moving, 3.0, pieces=1)
     assert_rests_at(moving, OTHER)
+
+
+def test_the_lead_time_is_that_of_the_longest_or_of_the_median():
+    longest, median = replacing.LeadTime(), replacing.LeadTime(0.028, share=0.5)
+    assert longest.after(DT) == 0.0
+    assert median.after(0.0) == replacing.MARGIN * 0.028
+    for taken in (0.03, 0.02, 0.5, 0.026):
+        longest.note(taken)
+        median.note(taken)
+    assert longest.after(0.0) == replacing.MARGIN * 0.5
+    assert median.after(0.0) == replacing.MARGIN * 0.028
+    # What was expected at first is forgotten, as all times are.
+    for _ in range(replacing.REMEMBERED):
+        longest.note(0.02)
+        median.note(0.02)
+    assert longest.after(0.0) == median.after(0.0) == replacing.MARGIN * 0.02
 
 
 def test_the_next_plan_begins_so_far_ahead_as_the_last_ones_took():
