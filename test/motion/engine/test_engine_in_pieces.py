@@ -28,13 +28,17 @@ from motion_machine import (
     under_way,
 )
 
+from benchmarks.judge import UNEQUAL, UNEQUAL_LIMITS, WIDE
 from testing.pieces import timed
 from tri_glide_kinematics.errors import KinematicsError
-from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformSpeedLimit
+from tri_glide_kinematics.motion import MotionEngine, MotionPhase, PlatformSpeedLimit, time_path
 from tri_glide_kinematics.motion.engine import replacing, replanning
 from tri_glide_kinematics.motion.errors import PlanTooLongError
 from tri_glide_kinematics.motion.limits import SliderLimits
 from tri_glide_kinematics.motion.moves import MotionKind
+from tri_glide_kinematics.motion.path import PlatformPath
+from tri_glide_kinematics.tri_glide import TriGlide
+from tri_glide_kinematics.workspace import Workspace
 
 TURN = 2.0 * math.pi
 LOWER = SliderLimits.uniform(0.2, 5.0, 100.0)
@@ -90,6 +94,32 @@ def test_a_linear_move_begins_quickly_and_goes_on_with_the_plan_that_is_made_at_
     assert shortest < driven < longest
 
 
+OF_UNEQUAL_LIMITS = TriGlide(UNEQUAL), UNEQUAL_LIMITS
+
+
+@pytest.mark.parametrize(
+    ("machine", "limits", "start", "end"),
+    [
+        (MACHINE, LIMITS, (-0.091, 0.025, 0.297), (-0.051, 0.005, 0.27)),
+        (*OF_UNEQUAL_LIMITS, (-0.201, -0.029, 0.436), (-0.021, 0.037, 0.249)),
+        (*OF_UNEQUAL_LIMITS, (0.207, 0.046, 0.317), (-0.017, 0.091, 0.111)),
+        (*OF_UNEQUAL_LIMITS, (0.011, -0.06, 0.298), (-0.075, -0.004, 0.314)),
+        (*OF_UNEQUAL_LIMITS, (-0.126, -0.16, 0.456), (0.002, 0.107, 0.201)),
+    ],
+)
+def test_a_linear_move_takes_hardly_longer_than_its_line_as_a_path(machine, limits, start, end):
+    workspace = Workspace(machine, WIDE)
+    shortest = time_path(PlatformPath.start(start).line_to(end), workspace, limits).duration
+    moving = RecordedEngine(workspace, limits, kind=MotionKind.LINEAR, in_pieces=True)
+    moving.period = FINE
+    moving.start(machine.inverse(start))
+    moving.move_to(end)
+    heights = run(moving, 1.0, pieces=3)
+    assert machine.forward(heights[-1]) == pytest.approx(end, abs=1e-9)
+    driven = FINE * np.count_nonzero(np.diff(heights, axis=0).any(axis=1))
+    assert driven < 1.05 * shortest
+
+
 def test_a_sooner_plan_that_takes_too_many_pieces_is_tried_once(monkeypatch):
     tried = []
     made = replanning.Replanning.sooner
@@ -114,6 +144,22 @@ def test_a_plan_that_is_late_begins_later(kind):
     assert moving.preparing
     run_to_rest(moving, 3.0, pieces=1)
     assert_rests_at(moving, OTHER)
+
+
+def test_the_lead_time_is_that_of_the_longest_or_of_the_median():
+    longest, median = replacing.LeadTime(), replacing.LeadTime(0.028, share=0.5)
+    assert longest.after(DT) == 0.0
+    assert median.after(0.0) == replacing.MARGIN * 0.028
+    for taken in (0.03, 0.02, 0.5, 0.026):
+        longest.note(taken)
+        median.note(taken)
+    assert longest.after(0.0) == replacing.MARGIN * 0.5
+    assert median.after(0.0) == replacing.MARGIN * 0.028
+    # What was expected at first is forgotten, as all times are.
+    for _ in range(replacing.REMEMBERED):
+        longest.note(0.02)
+        median.note(0.02)
+    assert longest.after(0.0) == median.after(0.0) == replacing.MARGIN * 0.02
 
 
 def test_the_next_plan_begins_so_far_ahead_as_the_last_ones_took():

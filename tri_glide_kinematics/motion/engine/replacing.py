@@ -50,13 +50,20 @@ class LeadTime:
     begins with a setpoint, and new limits are in force from a setpoint on.
     """
 
-    def __init__(self) -> None:
-        """Expect that plans are ready at once."""
-        self._taken: deque[float] = deque(maxlen=REMEMBERED)
+    def __init__(self, expected: float = 0.0, share: float = 1.0) -> None:
+        """Begin without experience.
+
+        Args:
+            expected: how long the first plan takes; by default it is ready at once [s].
+            share: which of the last times counts, in ascending order: at 1.0 the longest, at 0.5
+                the median.
+        """
+        self._taken: deque[float] = deque((expected,), maxlen=REMEMBERED)
+        self._share = share
 
     def after(self, step: float) -> float:
         """Return the time, in whole steps of a length ``step`` if that is known [s]."""
-        time = MARGIN * max(self._taken, default=0.0)
+        time = MARGIN * sorted(self._taken)[int(self._share * (len(self._taken) - 1))]
         return in_steps(time, step) if step else time
 
     def note(self, taken: float) -> None:

@@ -85,10 +85,11 @@ _PART_OF_SPEED = 0.5
 _COUNTED = (0.125, 0.5)
 
 # Parts of the limits of velocity, acceleration and jerk that a line is planned with, from rest and
-# in motion. Its own bounds are a little larger, up to 1.6e-4, 3e-4 and 3e-3: from rest that is
-# stretched away, in motion it cannot be. There more would be less than the line takes already.
+# in motion. Its own bounds are a little larger, up to 1.6e-4, 3e-4 and 8e-3: from rest that is
+# stretched away, in motion it cannot be. There larger margins of the first two would leave less
+# than the line uses already.
 _OF_LINE = (1.0 - 3e-5,) * 3
-_OF_LINE_IN_MOTION = (1.0 - 1e-3, 1.0 - 5e-4, 1.0 - 5e-3)
+_OF_LINE_IN_MOTION = (1.0 - 1e-3, 1.0 - 5e-4, 1.0 - 1e-2)
 
 # A line is driven sooner where that takes less than this part of the time that is left.
 _WORTH_IT = 0.99
@@ -412,7 +413,8 @@ class PathPlanner:
         curve = curve.at_speeds(1.0, None, limits.platform_speed)
         less = limits.times(*(_OF_LINE_IN_MOTION if start.speed > 0.0 else _OF_LINE))
         with SOUND:
-            found = yield from plan_window(curve, start, less)
+            left = plan.scaling.since(time)
+            found = yield from plan_window(curve, start, less, hurried_from=left)
         parts = yield from self._going_on_to_the_end(found, Planned(less))
         scaling = TimeScaling.joined([part.scaling for part in parts])
         if not scaling.times[-1] < _WORTH_IT * (plan.duration - time):

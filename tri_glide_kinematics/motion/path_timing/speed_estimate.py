@@ -17,7 +17,7 @@ from tri_glide_kinematics.vectors import BoolArray, FloatArray, ascending
 
 # Cells during the time from no acceleration to the largest, and in the whole motion at least.
 _CELLS_OF_RAMP = 16.0
-_LEAST_CELLS = 128.0
+LEAST_CELLS = 128.0
 
 # The shortest cell, but for motions that are shorter than so many of them [s].
 SHORTEST_CELL = 1e-3
@@ -83,6 +83,7 @@ def estimated(
     speed: float,
     limits: SliderLimits,
     each: float | None = None,
+    shortest: float = 0.0,
 ) -> SpeedEstimate:
     """Return an estimate of the motion from a ``speed`` at the first place to rest at the last.
 
@@ -93,6 +94,7 @@ def estimated(
         speed: at the first of them [m/s].
         limits: of the sliders; those that cells can use, if ``each`` is known.
         each: how long the platform is to take in a cell [s].
+        shortest: how long it is to take at least, if ``each`` is not known [s].
 
     Raises:
         PathTimingError: if an arm does not reach some place.
@@ -138,7 +140,7 @@ def estimated(
         brakings = _brakings(speeds, along, jerk_along)
         ramp = float((limits.table[1] / limits.table[2]).min())
         slowest = float(brakings[speeds > _AS_ASKED * asked].min(initial=np.inf))
-        each = _cell(_times(steps, speeds), brakings, ramp, slowest)
+        each = max(_cell(_times(steps, speeds), brakings, ramp, slowest), shortest)
         limits = _usable(limits, each, slowest)
     steady, speeds, jerk_along = with_jerk(limits.table[2])
     times = _times(steps, speeds)
@@ -210,7 +212,7 @@ def _cell(times: FloatArray, brakings: FloatArray, ramp: float, slowest: float) 
         slowest: least time to come to rest from a speed that the path asks for [s].
     """
     total = float(times[-1])
-    least = min(max(ramp / _CELLS_OF_RAMP, SHORTEST_CELL), total / _LEAST_CELLS)
+    least = min(max(ramp / _CELLS_OF_RAMP, SHORTEST_CELL), total / LEAST_CELLS)
     least = min(least, max(slowest / _LEAST_OF_BRAKING, SHORTEST_CELL))
     far = times >= np.maximum(
         _BRAKINGS_AHEAD * np.maximum.accumulate(brakings), _CELLS_AHEAD * least
