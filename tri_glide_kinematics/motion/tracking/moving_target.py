@@ -350,7 +350,7 @@ class TargetMotion:
         place = combined(1.0, self._position, changing, value)
         place = combined(1.0, place, 0.5 * changing * changing, rate)
         place = combined(1.0, place, changing**3 / 6.0, bend)
-        turned = turned_by(value, bend, changing)
+        turned = turned_by(self._course, changing)
         if turned > 0.0:
             # It goes on to turn, or to swing: its bend changes against its rate.
             place = combined(1.0, place, -turned * changing * changing / 24.0, rate)
@@ -514,5 +514,5 @@ class ToldPlaces:
         rate = scaled(change, 1.0 / apart)
         velocity = combined(1.0, mean, 0.5 * interval, rate)
         turn = bend_of_turn(velocity, rate)
-        turned = turned_by(velocity, turn, sqrt(interval * apart))
+        turned = turned_by(Course(velocity, rate, turn), sqrt(interval * apart))
         return scaled(velocity, 1.0 - turned / 3.0)
