@@ -237,6 +237,19 @@ def test_a_target_that_goes_to_and_fro_is_foreseen_and_followed_where_it_turns(
     assert max(errors[round(1.0 / turns / period) :]) < largest
 
 
+def test_a_target_that_goes_elsewhere_twice_is_something_new_both_times():
+    motion, interval, place = TargetMotion(REPORT._replace(lead=5e-5), 0.0), 0.05, 0.0
+    new, velocity = [], 0.1
+    for number, told in enumerate([0.1] * 12 + [0.4, 0.2, 0.2, 0.2], 1):
+        place += 0.5 * interval * (velocity + told)
+        velocity = told
+        report = MovingTarget((place, 0.0, 0.3), (told, 0.0, 0.0))
+        new.append(motion.report(report, number * interval))
+    assert new[:12] == [False] * 12
+    assert new[12:14] == [True, True]
+    assert not new[-1]
+
+
 def test_right_velocities_are_not_corrected_by_noise_nor_by_a_jump():
     rng, right = np.random.default_rng(3), (0.1, 0.0, 0.0)
     motion = TargetMotion(MovingTarget((0.0, 0.0, 0.3), right), 0.0)

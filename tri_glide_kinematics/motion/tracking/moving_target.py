@@ -244,7 +244,7 @@ class TargetMotion:
         Returns:
             Whether the target does something else than was foreseen.
         """
-        interval = time - self._learned
+        interval, foreseen = time - self._learned, self.at(time)
         told, self._told = self._told, target._replace(lead=_lead(self._told, target))
         self._time, since = time, time - self._time
         if 0.0 < interval < SHORTEST_INTERVAL:
@@ -294,7 +294,10 @@ class TargetMotion:
                 self._course = Course(value, scaled(rate, helps.rate), scaled(bend, helps.bend))
                 if not is_new:
                     self._noise = self._errors.noise, self._velocity.noise
-                return is_new
+                # However often it was something else of late, steps may have been made for it.
+                missed = dist(foreseen.position, self._position)
+                missed += interval * dist(foreseen.velocity, value)
+                return is_new or missed > foreseen.lead
         self._start = self._position = target.position
         self._mean = None
         self._forecasts.restart()
