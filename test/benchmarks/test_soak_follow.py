@@ -19,6 +19,8 @@ from benchmarks.soak_follow import driven, random_case
         # Steps that were made for where the target went before.
         ("shaper", 11, 7, 3.5),
         ("speed limit", 11, 20, 1.5),
+        # Steps that were made for what a target did before, twice in a row.
+        ("speed limit", 31, 9, 1.5),
     ],
 )
 def test_a_platform_goes_hardly_farther_past_an_end_than_a_plain_follower(kind, seed, number, lag):

@@ -596,6 +596,21 @@ def test_the_end_of_poses_is_no_silence(rig, each):
     assert rig.controller.reason.cause is Cause.TARGET_REACHED
 
 
+@in_pieces
+@pytest.mark.parametrize("each", [0.034, 0.05, 0.1])
+def test_a_pose_that_is_lost_is_no_end_though_each_is_early_or_late(rig, each):
+    begin = rig.now
+    arrivals = [number * each + 0.002 * (-1) ** number for number in range(20) if number != 14]
+    # The one before the gap is early, after one that was late; the one behind it is late.
+    arrivals[14] = 15 * each + 0.002
+    for arrival in arrivals:
+        while rig.now - begin < arrival:
+            rig.cycle()
+        rig.controller.follow_pose(circling(rig, begin), rig.now, rig.now)
+    assert rig.states[-2:] == [MOVING, TRACKING]
+    assert rig.states.count(TRACKING) == 1
+
+
 def test_a_pose_that_is_older_than_the_last_is_refused_and_changes_nothing(rig):
     begin = rig.now
     follow_poses(rig, lambda: circling(rig, begin), 0.6)

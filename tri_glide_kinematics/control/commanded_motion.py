@@ -52,9 +52,9 @@ STATE_OF = {
 }
 
 
-# Poses at a rate have ended if none came for so many times the last interval, and for so long [s]:
-# a sender may be held up.
-LATE_INTERVALS, LATE = 2.0, 0.06
+# Poses at a rate have ended if none came for so many times the last interval and this much more,
+# and for so long [s]: one may be lost, each may be 5 ms early or late, and a sender may be held up.
+LATE_INTERVALS, UNEVEN, LATE = 2.0, 0.015, 0.06
 
 # Largest speed of the platform in teach mode: that of ISO 10218 for manual operation [m/s].
 TEACH_SPEED = 0.25
@@ -209,7 +209,7 @@ class CommandedMotion:
         last = self._poses.place
         if last is None:
             return
-        late = max(LATE_INTERVALS * self._poses.interval, LATE)
+        late = max(LATE_INTERVALS * self._poses.interval + UNEVEN, LATE)
         if now - self._pose_received < min(late, self._streams.targets.timeout):
             return
         self._poses.forget()

@@ -9,7 +9,7 @@ from soak import corners
 from tracking_run import PERIODS, TrackingRun, at_rest
 
 from tri_glide_kinematics.motion.limits import SliderLimits
-from tri_glide_kinematics.motion.tracking import MovingTarget, TargetMotion
+from tri_glide_kinematics.motion.tracking import FOLLOW_HORIZON, MovingTarget, TargetMotion
 from tri_glide_kinematics.motion.tracking.target_tracking import TargetTracking, straight_towards
 
 STILL = (0.0, 0.0, 0.0)
@@ -207,6 +207,47 @@ def test_where_a_target_turns_or_rests_of_a_sudden_no_acceleration_is_led(veloci
     later = motion.at(18.7 * interval)
     np.testing.assert_allclose(later.velocity, (velocity, 0.0, 0.0), atol=1e-12)
     assert not any(later.acceleration)
+
+
+def to_and_fro(time: float, way: float, turns: float) -> MovingTarget:
+    """Return a target that goes to and fro along a line so many times a second."""
+    rate, (x, y, z) = math.tau * turns, (0.8, 0.6, 0.0)
+    place, speed = way * math.sin(rate * time), way * rate * math.cos(rate * time)
+    return MovingTarget((x * place, y * place, 0.3), (x * speed, y * speed, z))
+
+
+@pytest.mark.parametrize(
+    ("way", "turns", "told", "largest"),
+    [(0.02, 1.0, 0.01, 2e-6), (0.05, 0.5, 0.01, 1e-6), (0.05, 0.5, 1.0 / 30.0, 1e-5)],
+)
+def test_a_target_that_goes_to_and_fro_is_foreseen_and_followed_where_it_turns(
+    way, turns, told, largest
+):
+    """Its change goes through zero there, which is no noise, and its velocity, which is no turn."""
+    motion, run, reports = TargetMotion(to_and_fro(0.0, way, turns), 0.0), TrackingRun(), 1
+    run.follower.horizon, period, errors = FOLLOW_HORIZON, 0.002, []
+    for cycle in range(round(2.5 / turns / period)):
+        while reports * told <= cycle * period:
+            motion.report(to_and_fro(reports * told, way, turns), reports * told)
+            reports += 1
+        end = (cycle + 1) * period
+        run.step(motion.at(end), period=period)
+        place = MACHINE.forward(run.state.heights)
+        errors.append(math.dist(place, to_and_fro(end, way, turns).position))
+    assert max(errors[round(1.0 / turns / period) :]) < largest
+
+
+def test_a_target_that_goes_elsewhere_twice_is_something_new_both_times():
+    motion, interval, place = TargetMotion(REPORT._replace(lead=5e-5), 0.0), 0.05, 0.0
+    new, velocity = [], 0.1
+    for number, told in enumerate([0.1] * 12 + [0.4, 0.2, 0.2, 0.2], 1):
+        place += 0.5 * interval * (velocity + told)
+        velocity = told
+        report = MovingTarget((place, 0.0, 0.3), (told, 0.0, 0.0))
+        new.append(motion.report(report, number * interval))
+    assert new[:12] == [False] * 12
+    assert new[12:14] == [True, True]
+    assert not new[-1]
 
 
 def test_right_velocities_are_not_corrected_by_noise_nor_by_a_jump():

@@ -246,7 +246,7 @@ class TargetMotion:
         Returns:
             Whether the target does something else than was foreseen.
         """
-        interval = time - self._learned
+        interval, foreseen = time - self._learned, self.at(time)
         told, self._told = self._told, target._replace(lead=_lead(self._told, target))
         self._time, since = time, time - self._time
         if 0.0 < interval < SHORTEST_INTERVAL:
@@ -296,7 +296,10 @@ class TargetMotion:
                 self._course = Course(value, scaled(rate, helps.rate), scaled(bend, helps.bend))
                 if not is_new:
                     self._noise = self._errors.noise, self._velocity.noise
-                return is_new
+                # However often it was something else of late, steps may have been made for it.
+                missed = dist(foreseen.position, self._position)
+                missed += interval * dist(foreseen.velocity, value)
+                return is_new or missed > foreseen.lead
         self._start = self._position = target.position
         self._mean = None
         self._forecasts.restart()
@@ -352,7 +355,7 @@ class TargetMotion:
         place = combined(1.0, self._position, changing, value)
         place = combined(1.0, place, 0.5 * changing * changing, rate)
         place = combined(1.0, place, changing**3 / 6.0, bend)
-        turned = turned_by(value, bend, changing)
+        turned = turned_by(self._course, changing)
         if turned > 0.0:
             # It goes on to turn, or to swing: its bend changes against its rate.
             place = combined(1.0, place, -turned * changing * changing / 24.0, rate)
@@ -516,5 +519,5 @@ class ToldPlaces:
         rate = scaled(change, 1.0 / apart)
         velocity = combined(1.0, mean, 0.5 * interval, rate)
         turn = bend_of_turn(velocity, rate)
-        turned = turned_by(velocity, turn, sqrt(interval * apart))
+        turned = turned_by(Course(velocity, rate, turn), sqrt(interval * apart))
         return scaled(velocity, 1.0 - turned / 3.0)

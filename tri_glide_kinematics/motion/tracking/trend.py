@@ -125,7 +125,7 @@ class Course(NamedTuple):
         last report, an ``interval`` from the middle one [s], both are others.
         """
         value, rate, bend = self
-        turned = turned_by(value, bend, interval)
+        turned = turned_by(self, interval)
         rate = scaled(rate, 1.0 - turned / 3.0)
         return Course(value, rate, combined(1.0, bend, -turned / interval, rate))
 
@@ -190,10 +190,14 @@ class Trend:
             # Of what is told itself, as the errors depend on what was kept.
             self._bends.take(minus(slope, self._slope))
         self._told, self._slope = value, slope
-        memory = self._bends.memory(MEMORY_OF_HANDS if self._by_hand else LONGEST_MEMORY)
+        longest = MEMORY_OF_HANDS if self._by_hand else LONGEST_MEMORY
+        memory = self._bends.memory(longest)
         self._count += 1
         sure = noise * self.sure
-        quick = max(1.0 - interval * self._bends.size / LARGEST_NOISE, 0.0) * memory
+        # Where a target turns back, its bends change their sign as well, but what it is off does
+        # not.
+        quick = min(memory, self._errors.memory(longest))
+        quick *= max(1.0 - interval * self._bends.size / LARGEST_NOISE, 0.0)
         memory = max(quick, sure * min(memory, LOOKED_BACK / (LOOKED_BACK + interval)))
         new = 1.0 - memory
         if self._is_new or self._by_hand:
@@ -245,12 +249,14 @@ def between(value: float, low: float, high: float) -> float:
     return min(max((value - low) / (high - low), 0.0), 1.0)
 
 
-def turned_by(value: Vector3, bend: Vector3, time: float) -> float:
-    """Return the square of the angle by which a vector with this ``bend`` turns in a ``time``.
+def turned_by(course: Course, time: float) -> float:
+    """Return the square of the angle by which a vector turns in a ``time`` that goes on like this.
 
     It is that of a radian at most: what bends more is no turn; 0 where it does not turn [rad^2].
     """
-    against, squared = -dot(bend, value), dot(value, value)
+    value, rate, bend = course
+    # What goes to and fro bends little for its rate where it turns back, but not for its value.
+    against, squared = -dot(bend, value), max(dot(value, value), time * time * dot(rate, rate))
     if not (against > 0.0 and squared > 0.0):
         return 0.0
     return between(time * time * against / squared, 0.0, 1.0)
