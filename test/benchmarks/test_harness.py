@@ -1,6 +1,7 @@
 """The harness of the benchmarks: what it calls, how it counts, what it prints."""
 
 from dataclasses import replace
+from itertools import count
 
 import pytest
 
@@ -38,7 +39,9 @@ def test_a_goal_may_be_a_difference(more, reached):
     assert cells(row)[-2:] == (f"{in_seconds(more)} more", "yes" if reached else "NO")
 
 
-def test_compare_alternates_and_calls_with_the_arguments():
+def test_compare_alternates_and_calls_with_the_arguments(monkeypatch):
+    # By this clock each measurement takes a second, however long a busy computer takes for it.
+    monkeypatch.setattr("benchmarks.harness.process_time", count().__next__)
     calls = []
 
     def ours(*arguments):
@@ -48,18 +51,19 @@ def test_compare_alternates_and_calls_with_the_arguments():
         "what",
         "reference",
         Work(ours, 1, "a"),
-        Work(ours, 2.0),
+        Work(ours, 2.0, items=2),
         goal=1.0,
         rounds=3,
-        round_time=1e-6,
+        round_time=2.0,
     )
-    assert set(calls) == {(1, "a"), (2.0,)}
     assert isinstance(row, Figure)
-    assert row.ours > 0.0
-    assert row.theirs > 0.0
-    # Three rounds for warming up and three that count: each side begins in turn.
-    order = [arguments[0] for index, arguments in enumerate(calls) if calls[index - 1] != arguments]
-    assert order[-7:] in ([1, 2.0, 1, 2.0, 1, 2.0, 1], [2.0, 1, 2.0, 1, 2.0, 1, 2.0])
+    # Two calls in each round; the second side has two items in each of them.
+    assert (row.ours, row.theirs, row.ratio.median) == (0.5, 0.25, 2.0)
+    order = [arguments[0] for arguments in calls]
+    assert set(calls) == {(1, "a"), (2.0,)}
+    # One of each to see how many fit. Three rounds for warming up and three that count: each side
+    # begins in turn.
+    assert order == [1, 2.0] + 3 * [1, 1, 2.0, 2.0, 2.0, 2.0, 1, 1]
 
 
 def test_times_are_per_item(monkeypatch):

@@ -3,6 +3,7 @@
 What ends or refuses a probe, and when, test/calibration/session/test_led_probes.py shows.
 """
 
+import re
 import signal
 
 import pytest
@@ -93,6 +94,20 @@ def shared_calibration(ros_domain, ros_context, tmp_path_factory):
     with shared_nodes(ros_context, tmp_path_factory, "calibration") as (client, launcher):
         folder = tmp_path_factory.mktemp("files")
         yield Calibration(Machine(client, launcher), client, launcher).start(folder)
+
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
+
+
+def assert_same_words(lines: list[str], others: list[str]) -> None:
+    """Check that the words are the same, and the numbers but for rounding.
+
+    A file has 12 digits of a number and a line 7: what is read may be rounded to the next one.
+    """
+    assert [NUMBER.sub("#", each) for each in lines] == [NUMBER.sub("#", each) for each in others]
+    for line, other in zip(lines, others):
+        ours, theirs = (list(map(float, NUMBER.findall(each))) for each in (line, other))
+        assert ours == pytest.approx(theirs, rel=2e-6, abs=1e-9)
 
 
 class TestOneMachine:
@@ -195,7 +210,7 @@ class TestOneMachine:
         assert ends[1] == pytest.approx((0.1, 0.0, 0.3), abs=EXACT)
         loaded = calibration.call(LoadMeasurements, "load", file=kept.name)
         assert (loaded.success, loaded.count) == (True, 2), loaded.message
-        assert calibration.lines == before
+        assert_same_words(calibration.lines, before)
         machine.wait_for_measured_rest()
         assert calibration.call(RecordTouch, "record_touch").number == 3
         # It goes on in a file of its own.

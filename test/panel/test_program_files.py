@@ -134,6 +134,26 @@ def test_only_the_page_with_the_controls_sends_files(desk: Desk) -> None:
     assert list(desk.folder.folder.iterdir()) == []
 
 
+def test_a_file_that_gives_way_to_a_newer_one_is_told(desk: Desk) -> None:
+    """It was dropped without a word."""
+    desk.begin("a.ngc", 2 * PIECE, key="a")
+    desk.send(0, bytes(PIECE), key="a")
+    assert desk.begin("b.ngc", 3) == "not uploaded: a.ngc: b.ngc is sent in its place"
+    desk.send(1, bytes(PIECE), key="a")
+    desk.requests.refusal = ""
+    desk.send_all(b"M2\n")
+    assert desk.files == desk.folder.names() == ["b.ngc"]
+    # Of one that was cancelled the page knows.
+    desk.begin("c.ngc", 10)
+    desk.uploads.cancel()
+    assert desk.begin("d.ngc", 3) == ""
+    # One that is refused disturbs none.
+    assert "e.ngc is empty" in desk.begin("e.ngc", 0, key="e")
+    desk.requests.refusal = ""
+    desk.send_all(b"M2\n")
+    assert desk.files == ["b.ngc", "d.ngc"]
+
+
 @pytest.mark.parametrize(
     ("index", "content", "reason"),
     [

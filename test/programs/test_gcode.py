@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tri_glide_kinematics.interruptible import at_once
 from tri_glide_kinematics.motion.path import SegmentKind
@@ -272,6 +274,24 @@ def test_what_concerns_the_motion_is_not_only_told(name):
         read(f"G0 Y1\n{text}\n".removeprefix("G0 Y1\n" if "since" in reason else ""), dialect)
 
 
+@given(
+    st.permutations(['P"G1 X5"', "S1", "ö", "(G1", "(a)", "Tfile", "*", "[1]", "G1 X7"]), st.data()
+)
+@settings(max_examples=200, deadline=None, derandomize=True)
+def test_a_command_behind_what_is_told_is_never_lost(parts, data):
+    """Where such a line was not ordinary, its motion was left out without a word."""
+    parts = parts[: 1 + max(parts.index("G1 X7"), data.draw(st.integers(0, 8)))]
+    told = data.draw(st.sampled_from(("M104", "G4 P0 M140", "m84 S1", "M204")))
+    with pytest.raises(ProgramError):
+        read(f"G1 X1 F600\n{' '.join((told, *parts))}\nX2\n", MARLIN)
+
+
+@pytest.mark.parametrize("behind", ["(hm", "ö", 'P"G28 X1"', "Sfile", "(G28) ö", "ö ;G28", "ö_G28"])
+def test_what_belongs_to_a_told_command_may_be_no_word(behind):
+    told = read(f"G1 X1 F600\nM104 {behind}\nX2\n", MARLIN).told
+    assert [each.word for each in told] == ["M104"]
+
+
 def test_told_words_that_leave_the_motion_alone():
     harmless = "M84 S60\nM84 E\nG10\nG11\nM207 S3 Z0\nM420 S0\nM420 V\nM208 S1\nG0 X1\nM84\n"
     assert ends(harmless, MARLIN) == [[1, 0, 300]]
@@ -448,6 +468,9 @@ WRONG = {
     "text of a printer": (NIST, "M117 Hello", 1, 1, "M117", "not understood"),
     "name": (MARLIN, "START_PRINT BED=60", 1, 1, "START_PRINT", "under ignored"),
     "told and more": (MARLIN, "M104 S200 G1 X1", 1, 1, "M104", "line of its own"),
+    "told and more, no end": (MARLIN, "M104 S1 G1 X1 (", 1, 15, "(", "the comment has no end"),
+    "told and more, no word": (MARLIN, "M104 ö G1 X1", 1, 6, "ö", "this is no word"),
+    "told, a text and more": (MARLIN, 'M104 P"G28" G1 X1', 1, 1, "M104", "line of its own"),
     "motion before what is told": (MARLIN, "G0 X1\nX5 M104 S2", 2, 4, "M104", "line of its own"),
     "motion before a text": (MARLIN, "G0 X1\nX5 M117 X7", 2, 4, "M117", "line of its own"),
     "checksum": (MARLIN, "N3 T0*58", 1, 6, "*58", "the checksum of this line is 57"),

@@ -12,7 +12,7 @@ from tri_glide_kinematics.programs.words import Line, ProgramError, Remarks, Wor
 
 def machining(text="", dialect=Dialect.NIST):
     """Return what holds before the only line of a program."""
-    reader = WordReader("a.ngc", text.encode(), frozenset(), False, False)
+    reader = WordReader("a.ngc", text.encode(), frozenset(), frozenset(), False, False)
     machine = Machining(ProgramSettings(), dialect, Remarks(reader))
     machine.remarks.line = 1
     return machine

@@ -194,6 +194,46 @@ def drive(machine, run, state=RunState.ENDED):
     drive_until(machine, run, lambda: run.state is state)
 
 
+SPINDLE_AND_WAY = "M3 S500\nG1 X40 Y0 Z40 F3000\nG1 X-40\nM5\n"
+
+
+@pytest.mark.parametrize("error", [KinematicsError("no machine"), OSError("no disk")])
+@pytest.mark.parametrize("method", ["follow", "move_to", "put_out"])
+def test_a_run_whose_machine_raises_ends_at_rest(machine, method, error, monkeypatch):
+    """It was running for ever: nothing drove it on, and no other one could begin."""
+
+    def fail(*_, **__):
+        raise error
+
+    run = run_of(machine, SPINDLE_AND_WAY)
+    put_out, failing = machine.put_out, [method]
+
+    def put_out_or_fail(output):
+        return fail() if failing == ["put_out"] and output.value else put_out(output)
+
+    monkeypatch.setattr(machine, "put_out", put_out_or_fail)
+    if method != "put_out":
+        monkeypatch.setattr(machine, method, fail)
+    drive(machine, run)
+    assert not run.is_whole
+    assert str(error) in [each.text for each in run.reports]
+    assert any(each.endswith(f": {error}") for each in machine.said)
+    assert machine.told[-1] == ("spindle", 0.0)
+
+
+def test_a_run_that_cannot_switch_off_ends_all_the_same(machine):
+    run = under_way(machine, SPINDLE_AND_WAY)
+
+    def fail(*_):
+        raise KinematicsError("nobody takes it")
+
+    machine.put_out = fail
+    run.stop()
+    with pytest.raises(KinematicsError, match="nobody takes it"):
+        drive(machine, run)
+    assert run.state is RunState.ENDED
+
+
 def under_way(machine, text, way=0.01):
     """Return a run whose platform has come so far along x [m]."""
     run = run_of(machine, text)

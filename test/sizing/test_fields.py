@@ -12,7 +12,7 @@ from tri_glide_kinematics.dynamics import Masses, SliderForces
 from tri_glide_kinematics.sizing.fields import Cells, Loads
 from tri_glide_kinematics.tri_glide import DEFAULT_GEOMETRY, TriGlide, TriGlideGeometry
 
-RADII = (0.03, 0.01, 0.001)
+RADII = (0.06, 0.03, 0.01, 0.001)
 
 
 def random_machine(rng, spread=0.03):
@@ -87,6 +87,32 @@ def test_no_motion_needs_more_force_than_the_bound_and_one_from_rest_needs_it():
         largest = np.abs(still).max(axis=0)
         assert (largest <= bound * (1.0 + 1e-9)).all()
         assert (largest > 0.99 * bound).all()
+
+
+def test_the_length_of_a_vector_grows_by_no_more_than_is_said_though_it_bends_more():
+    """Of a vector that is a square of the way, the largest length is known."""
+    radius = 0.1
+    bends_more = 0
+    for size, slope, second, angle in itertools.product(
+        (0.02, 0.1, 1.0), (0.0, 0.5, 3.0), (0.0, 1.0, 20.0), np.linspace(0.0, np.pi, 7)
+    ):
+        along = np.array([np.cos(angle), np.sin(angle)])
+        ways = np.linspace(-radius, radius, 2001)
+        lengths = np.hypot(
+            size + (slope * ways + 0.5 * second * ways**2) * along[0],
+            (slope * ways + 0.5 * second * ways**2) * along[1],
+        )
+        cells = Cells.of(DEFAULT_GEOMETRY, [(0.0, 0.0)], radius)
+        sizes = np.full((1, 1), size)
+        slopes = np.zeros((1, 3, 2, 1))
+        slopes[0, :2, 0, 0] = slope * along
+        cells.__dict__["_second"] = lambda _, second=second: np.full((1, 1), second)
+        curved = cells._curved(sizes, slopes)
+        gradients = np.array([[[slope * along[0]], [0.0]]])
+        assert lengths.max() <= (sizes + cells._beyond(gradients, curved))[0, 0] + 1e-12
+        step = ways[1] - ways[0]
+        bends_more += np.diff(lengths, 2).max() / step**2 > 1.01 * curved[0, 0]
+    assert bends_more > 10
 
 
 @pytest.mark.parametrize("radius", RADII)

@@ -299,6 +299,9 @@ class Uploads:
             return
         name = checked_name(message.filename)
         size = checked_size(name, message.size_bytes)
+        if self._incoming is not None and not self._incoming.is_cancelled:
+            # As of other requests, the newest one counts.
+            self._give_up(f"{name} is sent in its place")
         self._drop()
         key = str(message.transfer_uuid)[:64]
         self._incoming = _Incoming(page, key, name, size, self.folder.begin())

@@ -106,8 +106,9 @@ class _Interpreter:
         customs = CUSTOMS[dialect]
         self._ignored, self._told_names = settings.ignored, customs.names
         read = (MOTORS_OFF | CONCERNING.keys()) - settings.ignored
-        texts = (TEXTS | customs.told | settings.ignored) - read
-        self._reader = WordReader(file, data, texts, settings.block_delete, customs.extrudes)
+        told = (customs.told | settings.ignored) - read - TEXTS
+        skips, extrudes = settings.block_delete, customs.extrudes
+        self._reader = WordReader(file, data, TEXTS - read, told, skips, extrudes)
         self._remarks = Remarks(self._reader)
         self._machine = Machining(settings, dialect, self._remarks)
         self._straight: dict[str, _Straight | None] = {}

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple, Protocol, TypeVar
 
 from tri_glide_kinematics.control import WAS_STOPPED, OperatingState
+from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.motion.path import FlatPath
 from tri_glide_kinematics.programs.kept import LineKeeper, RunState
@@ -670,7 +671,13 @@ class ProgramRun:
             )
             moving = (each for each in (step, *self._rest) if each.moves)
             place = next((each.needed_place for each in moving), None)
-            self.reports.append((yield from self._driver.drive(step, place)))
+            try:
+                self.reports.append((yield from self._driver.drive(step, place)))
+            except (KinematicsError, OSError) as error:
+                # The run ends as it does where a motion fails.
+                self.reports.append(StepReport(step, "lost", text=str(error)))
+                if self._driver.goal is not None:
+                    self._driver.goal.cancel()
             yield from self._return(step)
             is_good = self.reports[-1].is_good
             if not is_good and self.reports[-1].text:
@@ -680,10 +687,13 @@ class ProgramRun:
                 status.line = self._rest[0].line_at()
                 yield from self._driver.wait(f"line {status.line} is next")
         self.reports += (StepReport(step, NOT_DRIVEN) for step in self._rest)
-        if has_begun and (not is_good or status.is_stopped):
-            yield from self._switch_off()
-        self._news.tell_end()
-        status.state = RunState.ENDED
+        try:
+            if has_begun and (not is_good or status.is_stopped):
+                yield from self._switch_off()
+            self._news.tell_end()
+        finally:
+            # Nothing goes on, be it told or not.
+            status.state = RunState.ENDED
 
     def _find(self) -> Iterator[None]:
         """Wait until there is a machine, which nobody else may drive a program on."""

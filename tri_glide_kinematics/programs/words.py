@@ -48,6 +48,10 @@ WORD = re.compile(rf"([A-Za-z])(?:[ \t]*({SIGNED})(?![0-9.+-])|[ \t]*(\"[^\"]*\"
 LINE_CHECKSUM = re.compile(r"\*[ \t]*([0-9]+)[ \t]*(?:;.*)?$")
 EXPONENT = re.compile(r"[Ee][-+]?[0-9]")
 STRAY = re.compile(r"[^\s;(]+")
+# What is no command in a line (a quoted text, a comment), and then one that does not belong to a
+# longer word.
+NO_COMMAND = re.compile(r"\"[^\"]*\"|\((?:[^()]|\([^()]*\))*\)|;.*")
+COMMAND = re.compile(r"(?<![A-Za-z_])[GM][ \t]*[0-9]", re.IGNORECASE)
 # Of a subroutine, a branch or a loop of RS274/NGC (a number of a program has no name behind it),
 # and of RepRapFirmware.
 BRANCH = re.compile(
@@ -112,7 +116,13 @@ class WordReader:
     """Reads the words of one program."""
 
     def __init__(
-        self, file: str | Path, data: bytes, texts: frozenset[str], skips: bool, extrudes: bool
+        self,
+        file: str | Path,
+        data: bytes,
+        texts: frozenset[str],
+        told: frozenset[str],
+        skips: bool,
+        extrudes: bool,
     ) -> None:
         """Prepare to read ``data``.
 
@@ -121,6 +131,7 @@ class WordReader:
             data: the program.
             texts: commands, as ``M117``, behind which nothing of a line is read that is not
                 ordinary.
+            told: others, as ``M104``, of which the same is true unless a command stands there.
             skips: whether a line that begins with a slash is left out.
             extrudes: whether an E right behind a number is a word of its own; else the number has
                 an exponent, which is not understood.
@@ -140,7 +151,7 @@ class WordReader:
         if b"\r" in data:
             data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
         self._data = data
-        self._texts = texts
+        self._texts, self._told = texts, told
         self._skips = skips
         self._extrudes = extrudes
         # An E that may begin an exponent is no letter.
@@ -216,8 +227,9 @@ class WordReader:
             word = self._word(text, line, place, is_first=all(each.letter == "N" for each in words))
             words.append(word)
             place += len(word.text)
-            is_command = word.value is not None and f"{word.letter}{word.value:g}" in self._texts
-            if is_command or word.letter in (NAMED, PERCENT):
+            name = "" if word.value is None else f"{word.letter}{word.value:g}"
+            is_told = name in self._told and not COMMAND.search(NO_COMMAND.sub(" ", text[place:]))
+            if is_told or name in self._texts or word.letter in (NAMED, PERCENT):
                 break
         return words
 

@@ -10,6 +10,11 @@ $|n| (2 K^2/\sigma^2 + T/\sigma)$. So errors and forces have a bound that is the
 d times the exact gradient there, and $d^2/2$ times what bounds the second derivatives. The bound of
 the condition number needs K only. With the radius 0 the bound is the value itself.
 
+The length of a vector v may have larger second derivatives than $S + |G|^2/|v|$, with its first
+derivatives G at the place and S, which bounds its second ones. Used in their place it gives a bound
+all the same: at a displacement u, $|v + G u| \le |v| + v \cdot G u/|v| + |G u|^2/(2 |v|)$, and all
+else of v is at most $S d^2/2$.
+
 The largest value over a whole volume is proved by halving cells: one whose bound is no more than a
 little above the largest value that is known is done; all others are cut into four.
 """
@@ -196,7 +201,14 @@ class Cells:
         return np.asarray(sizes * (1.0 + self._part) * (2.0 * first * first + second))
 
     def _curved(self, sizes: FloatArray, slopes: FloatArray) -> FloatArray:
-        """Return what bounds the second derivatives of the length of columns. Shape (k, n)."""
+        """Return what takes the place of a bound of second derivatives for lengths of columns.
+
+        Elsewhere in the cell the second derivatives may be larger. But the length itself grows by
+        no more than ``_beyond`` makes of this: see the top of this module.
+
+        Returns:
+            Shape (k, n).
+        """
         return self._second(sizes) + np.square(slopes).sum(axis=(1, 2)) / sizes
 
     def _beyond(self, gradients: FloatArray, second: FloatArray) -> FloatArray:
@@ -288,8 +300,8 @@ class Cells:
         """Return derivatives of the forces that hold, and that accelerate by 1.
 
         Returns:
-            The gradients of both, each of shape (3, 2, n), and what bounds the second derivatives
-            of that which accelerates, of shape (3, n).
+            The gradients of both, each of shape (3, 2, n), and what takes the place of a bound of
+            the second derivatives of that which accelerates, as ``_curved``, of shape (3, n).
         """
         sliders, couplings = loads.sliders, loads.couplings
         upwards = columns[:, 2]

@@ -200,6 +200,60 @@ def test_a_shaped_platform_is_driven_on_the_place(in_pieces, period):
     assert_rests_at(moving, HOME, 1e-6)
 
 
+def least_height(
+    places: np.ndarray, *stations: np.ndarray | Vector3, beside: float = 0.05
+) -> float:
+    """Return how high the platform is at least, beside all ``stations`` [m]."""
+    level = [np.hypot(*(places - station)[:, :2].T) > beside for station in stations]
+    chosen = np.logical_and.reduce(level)
+    assert chosen.sum() > 20
+    return float(places[chosen, 2].min())
+
+
+@pytest.mark.parametrize("tilt", [-0.15, 0.1])
+@pytest.mark.parametrize(("speed", "angle"), [(0.15, 0.0), (0.4, 0.3), (0.4, 2.8)])
+def test_on_a_sloping_belt_it_is_no_lower_than_its_height_between_stations(tilt, speed, angle):
+    """A frame that begins below where it is told made it cruise 2.8 mm too low."""
+    level = speed * math.cos(tilt)
+    velocity = level * math.cos(angle), level * math.sin(angle), speed * math.sin(tilt)
+    belt = even(velocity)
+    found = plan(belt)
+    times = np.arange(0.0, found.duration, 1e-3)
+    places = MACHINE.forward_batch(found.sample(times).heights)
+    parts = np.array([belt(time).position for time in times])
+    coming = times < found.arrival(0)
+    assert least_height(places[coming], parts[coming], HOME) >= HEIGHT - 1.5e-5
+    leaves = found.arrival(0) + DWELL
+    going = times > leaves
+    assert least_height(places[going], belt(leaves).position, HOME, beside=0.08) >= HEIGHT - 1.5e-5
+
+
+def test_a_place_that_sinks_is_left_up_to_the_height():
+    velocity = (0.3, 0.0, -0.06)
+    planner = TransferPlanner(WORKSPACE, HEIGHT, 0.005)
+    found = at_once(planner.planned(HOME, [station(even(velocity)(0.0))], 0.0, LIMITS))
+    assert found.end[2] >= HEIGHT - 1.5e-5
+
+
+@pytest.mark.parametrize("acceleration", [-0.5, -0.05, 0.05, 0.5, 1.5])
+@pytest.mark.parametrize("slope", [-0.15, 0.15])
+def test_a_renewal_on_a_slope_keeps_the_height_or_is_given_up(acceleration, slope):
+    """The place is met elsewhere, and so lower on the slope than it was planned for."""
+    level, moving = changing(0.25, acceleration, 0.3, 0.25), at_home(period=0.002)
+
+    def belt(time: float) -> MovingTarget:
+        return MovingTarget(*((x, y, z + slope * x) for x, y, z in level(time)[:3]))
+
+    told = picked(moving, belt)
+    coming = [row for row, each in enumerate(told) if 0.0 < each.arrival < math.inf]
+    places = np.array([told[row].place for row in coming])
+    parts = np.array([belt(moving.period * (row + 1)).position for row in coming])
+    assert least_height(places, parts, HOME) >= HEIGHT - 1.5e-5
+    if told[-1].gives_up is not None:
+        assert told[-1].place[2] >= HEIGHT - 1.5e-5
+    assert moving.kept_limits
+
+
 LIARS = {
     "stops": changing(0.25, -250.0, 0.5, 0.001),
     "turns": changing(0.25, -5.0, 0.45, 0.1),

@@ -86,6 +86,21 @@ def test_a_line_is_not_driven_from_another_place_or_state_or_after_stop(hand: Ri
         assert hand.words == ""
 
 
+def test_the_end_of_a_run_that_raises_then_is_not_missed(hand: Rig) -> None:
+    ended: list[bool] = []
+    run: Any = SimpleNamespace(state=RunState.RUNNING)
+
+    def look(_: float) -> None:
+        run.state = RunState.ENDED
+        raise KinematicsError("no end")
+
+    run.look = look
+    hand.runs.begin(run, lambda: ended.append(True))
+    hand.runs.step()
+    assert hand.refusal == "program: no end"
+    assert ended == [True] and not hand.runs.is_taken
+
+
 def test_a_run_goes_on_by_resume_and_ends_with_stop(hand: Rig) -> None:
     asked: list[str] = []
     run: Any = SimpleNamespace(state=RunState.WAITING, is_delivered=lambda _: True)

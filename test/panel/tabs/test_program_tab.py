@@ -130,6 +130,19 @@ def test_what_is_sent_read_or_proved_is_cancelled(tab: Rig) -> None:
     assert tab.requests.refusal.startswith("nothing cancelled: ")
 
 
+def test_a_program_whose_reading_gives_way_to_another_that_is_sent_is_told(tab: Rig) -> None:
+    for name in ("first.ngc", "second.ngc"):
+        tab.send(name, len(SQUARE), SQUARE.encode())
+        assert f"{name} is being read" in tab.words
+    told = [each.text for each in tab.requests.history]
+    assert told == ["first.ngc is being read no more: second.ngc was sent"]
+    assert set(tab.folder.names()) == {"first.ngc", "second.ngc"}
+    tab.read_until("-20 to 60 mm")
+    tab.send("third.ngc", len(SQUARE), SQUARE.encode())
+    assert "third.ngc is being read" in tab.words
+    assert len(list(tab.requests.history)) == 1
+
+
 def test_lines_are_chosen_in_the_listing_and_files_renamed_sent_and_deleted(
     tab: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,6 +12,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.interruptible import Interruptible
@@ -114,6 +115,15 @@ class Carriage:
         if time > self._knots[-1] or time < self._knots[0]:
             return MovingTarget(displacement, AT_REST, AT_REST)
         return MovingTarget(displacement, velocity, acceleration)
+
+    def lowest(self, begin: float, end: float) -> float:
+        """Return the least displacement by z between two times [m]."""
+        times = [begin, end]
+        for knot, row in zip(self._knots, self._rows):
+            # Where z turns. A time at which it does not is one more that is looked at.
+            turns = knot + Polynomial(row[12:]).deriv().roots().real
+            times += [knot, *turns.tolist()]
+        return min(self.at(time).position[2] for time in times if begin <= time <= end)
 
     def series(self, times: FloatArray, half: FloatArray) -> Series:
         """Return Taylor series of the displacement [m]; see ``Trajectory.mixed_series``."""

@@ -85,6 +85,8 @@ class Leg(NamedTuple):
         slope: how much higher the next station is for its way along x and y; None if not known.
         moves: whether the next station moves.
         ride: with the next station, which moves [s].
+        spare: by how much the frame may sink until the platform is too low between the stations
+            [m].
     """
 
     plan: Trajectory
@@ -95,6 +97,7 @@ class Leg(NamedTuple):
     slope: tuple[float, float] | None = None
     moves: bool = False
     ride: float = 0.0
+    spare: float = math.inf
 
     @property
     def carried(self) -> CarriedPlan | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,7 +30,14 @@ from tri_glide_kinematics.motion.transfer.carried import (
     resting_after,
 )
 from tri_glide_kinematics.motion.transfer.legs import Leg, TransferPlan
-from tri_glide_kinematics.motion.transfer.ways import LEFT_TO_BASE, SAME_WAY, Ways, time_for
+from tri_glide_kinematics.motion.transfer.ways import (
+    BESIDE,
+    LEFT_TO_BASE,
+    SAME_WAY,
+    SPARE_HEIGHT,
+    Ways,
+    time_for,
+)
 
 # A frame comes to rest in one of these multiples of the time that it should have to take.
 GENTLER = (1.0, 1.6, 2.5)
@@ -49,12 +57,25 @@ def lifted(
     Raises:
         KinematicsError: if there is none.
     """
-    is_carried = moves(frame)
-    less = limits.times(*LEFT_TO_BASE) if is_carried else limits
-    base = (yield from ways.timed(ways.up(frame.position), less)).delayed(wait)
-    if not is_carried:
+    if not moves(frame):
+        base = (yield from ways.timed(ways.up(frame.position), limits)).delayed(wait)
         yield from check_place(base.heights.driven, ways.workspace, 0.0)
         return Leg(base, base, wait, math.inf)
+    less, higher = limits.times(*LEFT_TO_BASE), ways
+    while True:
+        base = (yield from ways.timed(higher.up(frame.position), less)).delayed(wait)
+        motion = yield from _resting(ways, frame, base, wait, limits)
+        low = ways.height - motion.platform_at(ways.workspace.machine, motion.duration)[2]
+        if low <= BESIDE:
+            return Leg(motion, base, float(motion.carriage.times[-1]), math.inf)
+        # The frame sinks until it rests. Where the platform gets no higher, the reach ends this.
+        higher = replace(higher, height=higher.height + SPARE_HEIGHT * low)
+
+
+def _resting(
+    ways: Ways, frame: MovingTarget, base: PathPlan, wait: float, limits: SliderLimits
+) -> Interruptible[CarriedPlan]:
+    """Return a ``base`` in a ``frame`` that comes to rest; see ``lifted``."""
     leaves = wait + 0.5 * (base.duration - wait)
     begin = frame._replace(position=AT_REST)
     left = begin.after(leaves)
@@ -66,8 +87,7 @@ def lifted(
         carriage = Carriage((0.0, leaves, rests), (begin, left, still))
         return CarriedPlan(ways.workspace.machine, base, carriage, max(base.duration, rests))
 
-    motion = yield from first_proved(map(carried, GENTLER), ways.workspace, limits)
-    return Leg(motion, base, float(motion.carriage.times[-1]), math.inf)
+    return (yield from first_proved(map(carried, GENTLER), ways.workspace, limits))
 
 
 def given_up(
@@ -92,10 +112,15 @@ def given_up(
 
     def carried(gentler: float, slower: float) -> CarriedPlan:
         parts = list(_stopped(ways, leg.in_frame, leg.base, now, slower, limits))
+        duration = max(gentler * shortest, SequencePlan(parts).duration if parts else 0.0)
+        still = resting_after(frame, duration)
+        if still.position[2] < -BESIDE:
+            # The height is that of the platform, not that in a frame which has sunk.
+            higher = replace(ways, height=ways.height - still.position[2])
+            parts = list(_stopped(higher, leg.in_frame, leg.base, now, slower, limits))
         motion: Trajectory = SequencePlan(parts) if parts else leg.in_frame
         ends, begins = (motion.duration, 0.0) if parts else (now, now)
-        duration = max(gentler * shortest, ends - begins)
-        carriage = Carriage((begins, begins + duration), (frame, resting_after(frame, duration)))
+        carriage = Carriage((begins, begins + duration), (frame, still))
         return CarriedPlan(machine, motion, carriage, max(ends, begins + duration), begins)
 
     # At last what is driven in the frame goes on to its end.

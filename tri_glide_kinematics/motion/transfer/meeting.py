@@ -8,6 +8,7 @@ found by iteration; where the sum exceeds a limit, the leg is made slower by as 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,8 +22,10 @@ from tri_glide_kinematics.motion.trajectory import PathPlan
 from tri_glide_kinematics.motion.transfer.carried import Carriage, CarriedPlan
 from tri_glide_kinematics.motion.transfer.legs import Leg, Station, TransferError, slope_of
 from tri_glide_kinematics.motion.transfer.ways import (
+    BESIDE,
     LEFT_IN_CHANGE,
     LEFT_TO_BASE,
+    SPARE_HEIGHT,
     Ways,
     slowdown,
     upright,
@@ -216,12 +219,14 @@ class Meeting:
         early, late = PART_OF_GUESS * guess, (1.0 - PART_OF_GUESS) * guess
         crossing = Crossing(self._frame, place, station.moves, part)
         aim = Aim(crossing, wait, Instants(wait + guess, wait + late, wait + early))
+        first, _ = crossing.ends(aim.instants)
+        higher = replace(ways, height=ways.height + SPARE_HEIGHT * abs(first[2]))
         natural: PathPlan | None = None
         stretch, planned = 1.0, 0
         for _ in range(ATTEMPTS):
             if natural is None:
                 try:
-                    natural = yield from ways.timed(ways.between(*aim.way), less)
+                    natural = yield from ways.timed(higher.between(*aim.way), less)
                 except KinematicsError as error:
                     region.check_position(place.after(aim.instants.arrival).position)
                     self._refusal = error
@@ -236,6 +241,11 @@ class Meeting:
             for instant in (found.arrival, found.arrival + station.dwell):
                 region.check_position(place.after(instant).position)
             carried = self._carried(base, found, aim)
+            spare = higher.spare(*aim.way, ways.height)
+            sunk = -carried.carriage.lowest(found.leaves, found.upright)
+            if sunk > spare + BESIDE:
+                higher, natural = replace(ways, height=ways.height + SPARE_HEIGHT * sunk), None
+                continue
             try:
                 use = yield from carried.use_inside(region, limits)
             except KinematicsError as error:
@@ -244,7 +254,7 @@ class Meeting:
             if use.keeps_limits:
                 _, met = crossing.goes_over(found)
                 slope, moves, ride = slope_of(station), station.moves, station.ride
-                leg = Leg(carried, base, met, found.arrival, 0.0, slope, moves, ride)
+                leg = Leg(carried, base, met, found.arrival, 0.0, slope, moves, ride, spare)
                 return leg, guess
             slower = slowdown(use, limits)
             if slower > MUCH_SLOWER and planned < PLANNED_FOR_LESS:

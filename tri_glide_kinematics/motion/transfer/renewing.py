@@ -23,7 +23,14 @@ from tri_glide_kinematics.motion.transfer.legs import (
 )
 from tri_glide_kinematics.motion.transfer.lifting import given_up
 from tri_glide_kinematics.motion.transfer.meeting import SLOWEST, SPARE
-from tri_glide_kinematics.motion.transfer.ways import CATCHING_UP, Ways, slowdown, time_for
+from tri_glide_kinematics.motion.transfer.ways import (
+    BESIDE,
+    CATCHING_UP,
+    Ways,
+    slowdown,
+    time_for,
+    upright,
+)
 from tri_glide_kinematics.vectors import FloatArray, ascending, minus
 
 # A leg to a place that it would be too fast for goes over to lower speeds in so long [s].
@@ -178,11 +185,13 @@ class Renewal:
 
         Raises:
             _TooFastError: if it is too fast.
-            KinematicsError: if it leaves the workspace, or arrives too far from the place.
+            KinematicsError: if it leaves the workspace, arrives too far from the place, or would be
+                too low on the way.
         """
         end = leg.arrival + leg.ride
         begins, instants = [(self._now, leg.frame_at(self._now))], (met, leg.arrival, end)
         carriage = Carriage.onto(begins, place, leg.goal, instants)
+        check_height(leg, carriage, self._now)
         carried = CarriedPlan(self._ways.workspace.machine, leg.base, carriage, end, self._now)
         renewed = leg._replace(plan=carried, begin=self._now)
         off = math.dist(renewed.is_at(leg.arrival), place.after(leg.arrival).position)
@@ -217,7 +226,9 @@ class Renewal:
             states += [old.carriage.at(time) for time in others]
             times = [stretch * time for time in (first, leaving, *others)]
             end = stretch * old.duration
-            carried = CarriedPlan(region.machine, base, Carriage(times, states), end)
+            carriage = Carriage(times, states)
+            check_height(leg._replace(base=base), carriage, 0.0)
+            carried = CarriedPlan(region.machine, base, carriage, end)
             use = yield from carried.use_inside(region, self._limits)
             if use.keeps_limits:
                 break
@@ -228,6 +239,22 @@ class Renewal:
             yield
         upright, arrival = stretch * leg.upright, stretch * leg.arrival
         return leg._replace(plan=carried, base=base, upright=upright, arrival=arrival)
+
+
+def check_height(leg: Leg, carriage: Carriage, begin: float) -> None:
+    """Check that the platform is not too low between the stations, from ``begin`` [s] on.
+
+    A place on a slope that is met elsewhere is higher or lower there, and so is the way to it.
+
+    Raises:
+        TransferError: if it is.
+    """
+    end, leaves = upright(leg.base)
+    begin = max(begin, leaves)
+    sunk = -carriage.lowest(begin, end) - leg.spare if begin < end else 0.0
+    if sunk > BESIDE:
+        text = f"the way to the place would be {1e3 * sunk:.2g} mm too low"
+        raise TransferError(f"{text}, at most {1e3 * BESIDE:g} mm")
 
 
 def slower_leg(leg: Leg, now: float, rate: float) -> Leg:

@@ -21,6 +21,10 @@ from tri_glide_kinematics.workspace import Workspace
 SAME_WAY = 1e-6
 BESIDE = 1e-5
 
+# A place that moves by z is met higher or lower, and so the platform would be too low on the way.
+# That is higher by as much and by this factor: renewals may tell that the place is elsewhere.
+SPARE_HEIGHT = 1.5
+
 # A corner is rounded by this part of the height above a station at most.
 PART_OF_HEIGHT = 0.4
 
@@ -59,7 +63,7 @@ class Ways:
     def between(self, start: Vector3, end: Vector3) -> PlatformPath:
         """Return the way up from a ``start``, across, and down to an ``end`` [m]."""
         (x, y, z), (u, v, w) = start, end
-        top = max(self.height, z, w)
+        top = self.top(start, end)
         if math.dist(start, end) < SAME_WAY:
             # It is there. A plan leads along some way, be it one that nobody sees.
             points = [(x, y, z + 10.0 * SAME_WAY), end]
@@ -76,6 +80,15 @@ class Ways:
             path = path.line_to(point, min(self.tolerance, PART_OF_HEIGHT * height))
             last = point
         return path
+
+    def top(self, start: Vector3, end: Vector3) -> float:
+        """Return how high the way from a ``start`` to an ``end`` is between both [m]."""
+        return max(self.height, start[2], end[2])
+
+    def spare(self, start: Vector3, end: Vector3, height: float) -> float:
+        """Return by how much a way is above a ``height``, infinite if it has no top [m]."""
+        leads_across = math.dist(start[:2], end[:2]) >= SAME_WAY
+        return self.top(start, end) - height if leads_across else math.inf
 
     def up(self, start: Vector3) -> PlatformPath:
         """Return the way up from a ``start`` [m]."""
@@ -96,7 +109,7 @@ class Ways:
 
     def guess(self, start: Vector3, end: Vector3, limits: SliderLimits) -> float:
         """Return how long it takes, about, from a ``start`` to an ``end`` [s]."""
-        top = max(self.height, start[2], end[2])
+        top = self.top(start, end)
         way = math.dist(start[:2], end[:2]) + 2.0 * top - start[2] - end[2]
         velocity, acceleration, jerk = limits.table.min(axis=1).tolist()
         return float(1.1 * (way / velocity + velocity / acceleration + acceleration / jerk))

@@ -140,7 +140,7 @@ class ProgramFiles:
         self._requests, self._chosen, self._drawing = requests, chosen, drawing
         self._folder = uploads.folder
         self._pace = Pace(LIST_PERIOD)
-        uploads.on_file = self.take
+        uploads.on_file = self._take_sent
         gui.add_html(UPLOAD)
         self._files = gui.add_dropdown("File", (NO_FILE, *self._folder.names()))
         self._file = requests.field(self._files, self.choose)
@@ -167,6 +167,13 @@ class ProgramFiles:
         """Show which files there are."""
         if self._pace.is_due():
             self._show_list()
+
+    def _take_sent(self, name: str) -> None:
+        """Choose a file that a page has sent; where another one gives way, this is told."""
+        chosen = self._chosen
+        if chosen.is_in_work and not chosen.is_running and name != chosen.name:
+            self._requests.history.add(WARNING, f"{chosen.in_work} no more: {name} was sent")
+        self.take(name)
 
     def take(self, name: str) -> None:
         """Choose a file that has just come, unless another one runs."""

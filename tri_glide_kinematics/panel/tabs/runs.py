@@ -61,9 +61,11 @@ class Runs:
         if self._run is None or not self.is_running:
             return
         try:
-            self._run.look(monotonic())
-            if not self.is_running:
-                self._on_end()
+            try:
+                self._run.look(monotonic())
+            finally:
+                if not self.is_running:
+                    self._on_end()
         except (KinematicsError, OSError) as error:
             # The rest of the page is shown all the same.
             self._requests.refuse(f"program: {error}")
