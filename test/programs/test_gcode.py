@@ -473,6 +473,7 @@ WRONG = {
     "told, a text and more": (MARLIN, 'M104 P"G28" G1 X1', 1, 1, "M104", "line of its own"),
     "motion before what is told": (MARLIN, "G0 X1\nX5 M104 S2", 2, 4, "M104", "line of its own"),
     "motion before a text": (MARLIN, "G0 X1\nX5 M117 X7", 2, 4, "M117", "line of its own"),
+    "a tool before what is told": (MARLIN, "T1 M104 S2", 1, 4, "M104", "line of its own"),
     "checksum": (MARLIN, "N3 T0*58", 1, 6, "*58", "the checksum of this line is 57"),
     "checksum of nothing": (MARLIN, "*7", 1, 1, "*7", "the checksum of this line is 0"),
     "flag": (MARLIN, "G1 X Y5", 1, 4, "X", "X has no number"),

@@ -621,7 +621,7 @@ def _is_told(machine: Machining, line: Line) -> bool:
         if name not in machine.customs.told and name not in ignored:
             continue
         # The words before it are not its own.
-        moves = any(0 <= line.index(letter) < index for letter in f"{AXES}{CENTRES}F")
+        moves = any(0 <= line.index(letter) < index for letter in f"{AXES}{CENTRES}FART")
         if moves or len(line.commands) > 1:
             line.fail(index, "write it on a line of its own: it does not concern the motion")
         if name not in ignored and _concerns(machine, name, line, index):
