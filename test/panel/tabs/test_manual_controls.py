@@ -14,7 +14,7 @@ from tri_glide_interfaces.msg import Output as OutputMessage
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.panel.machine import ShownMachine
 from tri_glide_kinematics.panel.tabs import ManualControls
-from tri_glide_kinematics.panel.tabs.manual_controls import MOST_VALUES
+from tri_glide_kinematics.panel.tabs.manual_controls import MOST_VALUES, SHOWS
 from tri_glide_kinematics.programs import RunState, load_buttons, load_zeros
 
 pytestmark = pytest.mark.nodes
@@ -185,8 +185,17 @@ def test_an_output_is_switched_off_at_any_time_and_on_if_the_machine_may_move(ha
     hand.press("M3, or M4 if < 0 [1/min]", "-800")
     hand.press("spindle", True)
     assert [(each.name, each.value) for each in hand.switched] == [("spindle", -800.0)]
-    # It shows what is told.
+    # It shows what was asked for until that is told, or is not told for a while; and may be
+    # switched off meanwhile.
+    _ = hand.words
+    assert hand.rig.handle("spindle").value is True
+    hand.press("spindle", False)
+    hand.press("spindle", True)
+    assert [each.value for each in hand.switched] == [-800.0, 0.0, -800.0]
+    for _ in range(SHOWS + 1):
+        hand.controls.show()
     assert hand.rig.handle("spindle").value is False
+    del hand.switched[1:]
     hand.machine.feeds._on_output(
         OutputMessage(name="fan", number=2, value=255.0), {"source_timestamp": 1}
     )
@@ -200,6 +209,8 @@ def test_an_output_is_switched_off_at_any_time_and_on_if_the_machine_may_move(ha
     tell(hand.machine, state=MachineState.FAULT)
     hand.press("flood", True)
     assert hand.refusal == "flood not switched on: the machine is fault"
+    _ = hand.words
+    assert hand.rig.handle("flood").value is False
     hand.press("fan 2", False)
     assert [(each.name, each.value) for each in hand.switched[1:]] == [("fan", 0.0)]
     hand.press("flood", False, OTHER)

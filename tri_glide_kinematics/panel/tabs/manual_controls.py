@@ -53,6 +53,9 @@ MOST_BUTTONS = 24
 LONGEST_NAME = 24  # characters, of a button
 SAME_PLACE = 1e-7  # m, and of a speed at rest m/s
 
+# A switch shows what was asked for so often at most, 10 to 30 times a second, if it is not told.
+SHOWS = 10
+
 # Those of M3, M7 and M8 have a switch before anything is told of them.
 SPINDLE = ("spindle", 0)
 USUAL = (SPINDLE, ("flood", 0), ("mist", 0))
@@ -352,6 +355,8 @@ class Outputs:
         gui = requests.gui
         self._requests, self._machine, self._runs = requests, machine, runs
         self._boxes: dict[OutputKey, Any] = {}
+        # Switches that show what was asked for, and how often they still do so if it is not told.
+        self._asked: dict[OutputKey, int] = {}
         self._folder = gui.add_folder("Outputs", expand_by_default=False)
         with self._folder:
             self._speed = requests.number("M3, or M4 if < 0 [1/min]", 1000.0)
@@ -368,7 +373,11 @@ class Outputs:
             if key not in self._boxes:
                 self._add_switch(key)
         for key, box in self._boxes.items():
-            box.value = bool(told.get(key, (0, 0.0))[1])
+            is_on, left = bool(told.get(key, (0, 0.0))[1]), self._asked.pop(key, 0)
+            if left and box.value is not is_on:
+                self._asked[key] = left - 1
+            else:
+                box.value = is_on
 
     def _add_switch(self, key: OutputKey) -> None:
         with self._folder:
@@ -379,20 +388,26 @@ class Outputs:
             if event.client_id is None:
                 return
             wanted = event.target.value
-            # It shows what is told, not what was asked for.
-            self._boxes[key].value = not wanted
             if self._requests.may(event.client_id):
+                # Until it is told: a click on a switch that shows "off" is none on "off".
+                self._asked[key] = SHOWS
                 self._requests.wish(lambda: self._switch(key, wanted), outlasts_stop=not wanted)
+            else:
+                self._boxes[key].value = not wanted
 
         box.on_update(switch)
 
     def _switch(self, key: OutputKey, on: bool) -> None:
         """Switch an output as a program does: off at any time, on only if the machine may move."""
         status, name = self._machine.feeds.status, _name(key)
+        refusal = ""
         if self._runs.owns(key):
-            raise KinematicsError(f"{name} not switched: the program that runs does so")
-        if on and (self._machine.facts is None or status.state in NOT_READY):
-            raise KinematicsError(f"{name} not switched on: the machine is {status.word or 'gone'}")
+            refusal = f"{name} not switched: the program that runs does so"
+        elif on and (self._machine.facts is None or status.state in NOT_READY):
+            refusal = f"{name} not switched on: the machine is {status.word or 'gone'}"
+        if refusal:
+            self._asked.pop(key, None)
+            raise KinematicsError(refusal)
         full = self._speed.value if key == SPINDLE else 255.0 if key[0] == "fan" else 1.0
         self._runs.link.put_out(Output(*key, full if on else 0.0, 0, 0))
 
