@@ -59,6 +59,26 @@ def test_an_offending_number_is_written_however_small():
     assert "x = -1e-30 m must be" in str(OutOfBoundsError("x", -1e-30, "at least 0", "m"))
 
 
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (math.nextafter(1.0, 2.0), "1.0000000000000002"),
+        (np.float64(math.nextafter(0.001, 0.0)), "0.0009999999999999998"),
+        (1_000_000_001, "1000000001"),
+        (1.0000000015, "1.0000000015"),
+        (1.0, "1"),
+        (0.1, "0.1"),
+        (-0.0, "0"),
+        (math.nan, "nan"),
+        (math.inf, "inf"),
+        (2.0 / 3.0, "0.666666667"),
+        (0.123456789012, "0.123456789"),
+    ],
+)
+def test_an_offending_number_does_not_read_like_its_bound(value, text):
+    assert str(OutOfBoundsError("x", value, "y")) == f"x = {text} must be y"
+
+
 def test_a_length_far_beyond_its_bound_is_asked_for_its_unit():
     assert unit_question(280.0, 0.4) == unit_question(-280.0, 0.4) == "; is it in millimetres?"
     for length, bound in ((0.5, 0.4), (2.9, 0.4), (2.9, 0.0), (11.0, 4.0), (math.nan, 1.0)):

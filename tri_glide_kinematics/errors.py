@@ -10,7 +10,7 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import Any
 
-from tri_glide_kinematics.wording import number_text, unit_question
+from tri_glide_kinematics.wording import refused_text, unit_question
 
 
 class Refusal(IntEnum):
@@ -104,8 +104,7 @@ class OutOfBoundsError(KinematicsError):
             largest: if it is a length, how large one may be expected to be [m].
         """
         suffix = f" {unit}" if unit else ""
-        # However small: that may be what is wrong with it.
-        text = number_text(value, scale=0.0)
+        text = refused_text(value)
         question = unit_question(value, largest)
         super().__init__(f"{name} = {text}{suffix} must be {bound}{suffix}{question}")
         self.name = name

@@ -8,6 +8,9 @@ from collections.abc import Iterable
 # millimetres.
 LOOKS_LIKE_MILLIMETRES = 3.0
 
+# Bounds in texts have so many significant digits, or less.
+_DIGITS_OF_BOUNDS = 6
+
 # Rounding errors leave this of a zero, as part of the numbers that it was computed from.
 ROUNDING_ERROR = 1e-12
 
@@ -24,6 +27,17 @@ def number_text(value: float, digits: int = 9, scale: float = 1.0) -> str:
     if abs(value) <= ROUNDING_ERROR * scale:
         value = 0.0
     return f"{value:.{digits}g}"
+
+
+def refused_text(value: float) -> str:
+    """Return a number beyond its bound as text that does not read like the bound.
+
+    Bounds are mostly numbers of few digits: one that is such a number but for rounding is written
+    with all its digits. However small it is: that may be what is wrong with it.
+    """
+    text = number_text(value, scale=0.0)
+    looks_round = text == number_text(value, _DIGITS_OF_BOUNDS, 0.0)
+    return str(value) if looks_round and float(text) != value else text
 
 
 def vector_text(values: Iterable[float], digits: int = 9, scale: float = 1.0) -> str:

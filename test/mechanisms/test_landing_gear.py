@@ -336,6 +336,11 @@ class TestBadInput:
         with pytest.raises(error, match=name):
             LandingGear(**{**GOOD, name: value})
 
+    def test_the_bound_of_the_wheel_is_told_in_numbers(self):
+        text = r"= 4 kg m\^2 must be at most twice wheel_transverse_inertia, 3.8 kg m\^2"
+        with pytest.raises(OutOfBoundsError, match=text):
+            LandingGear(**{**GOOD, "wheel_axial_inertia": 4.0})
+
     def test_inertia_cannot_be_changed_from_outside(self):
         inertia = INERTIA.copy()
         gear = LandingGear(**{**GOOD, "gear_inertia": inertia})

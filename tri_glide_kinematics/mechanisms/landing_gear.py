@@ -199,7 +199,7 @@ class LandingGear(Value):
         axial = positive("wheel_axial_inertia", self.wheel_axial_inertia, "kg m^2")
         transverse = positive("wheel_transverse_inertia", self.wheel_transverse_inertia, "kg m^2")
         if axial > 2.0 * transverse * (1.0 + SAME_PART):
-            bound = "at most twice wheel_transverse_inertia"
+            bound = f"at most twice wheel_transverse_inertia, {2.0 * transverse:.9g}"
             raise OutOfBoundsError("wheel_axial_inertia", axial, bound, "kg m^2")
         object.__setattr__(self, "gravity", finite_vector("gravity", self.gravity, 3))
         inertia = finite_array("gear_inertia", self.gear_inertia, (3, 3)).copy()

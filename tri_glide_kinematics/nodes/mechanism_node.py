@@ -154,9 +154,9 @@ def crank_angles(sweep: msg.CrankSweep, max_steps: int, max_turns: int) -> NDArr
         raise OutOfBoundsError(name, steps, f"from 1 to {max_steps}")
     for index in np.flatnonzero(~(np.abs(given) <= LARGEST)):
         _check_value(float(given[index]), f"crank_angles[{index}]")
-    for index in np.flatnonzero(np.diff(given) * (given[-1:] - given[:1]) <= 0.0):
-        value = float(given[index + 1])
-        bound = "beyond the one before, all rising or all falling,"
+    for index in np.flatnonzero(np.diff(given) * np.sign(np.diff(given[:2])) <= 0.0):
+        before, value = given[index : index + 2].tolist()
+        bound = f"beyond the one before (all rise, or all fall), {number_text(before)}"
         raise OutOfBoundsError(f"crank_angles[{index + 1}]", value, bound, "rad")
     even = np.linspace(sweep.start_angle, sweep.end_angle, steps + 1)
     angles = given if given.size else even

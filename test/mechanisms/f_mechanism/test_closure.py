@@ -50,6 +50,26 @@ def test_a_polynomial_that_touches_zero_is_left_to_whole_numbers(place):
     assert real_roots(polynomial, 1e-15) is None
 
 
+def test_roots_that_nearly_coincide_are_left_to_whole_numbers():
+    # (1 - cos(phi - place))^3, of whose six roots rounding leaves none near the unit circle.
+    for place in np.linspace(-math.pi, math.pi, 50).tolist():
+        z = complex(math.cos(place), -math.sin(place))
+        polynomial = Cubic(2.5, -3.75 * z, 1.5 * z**2, -0.25 * z**3)
+        assert real_roots(polynomial, 1e-14) is None
+
+
+def test_roots_beside_half_a_turn_are_within_it():
+    # sin(phi - place) (2 + cos(phi - other)), the place at half a turn but for rounding.
+    for place in math.pi + np.linspace(-1e-15, 1e-15, 5):
+        for other in np.linspace(-3.0, 3.0, 50):
+            first, second = -2j * np.exp(-1j * place), -0.5j * np.exp(-1j * (place + other))
+            constant = 0.5 * math.sin(other - place)
+            polynomial = Cubic(constant, complex(first), complex(second), 0j)
+            roots = real_roots(polynomial, 1e-15)
+            assert len(roots) == 2
+            assert all(abs(root) <= math.pi for root in roots)
+
+
 def test_values_and_derivatives_are_differences_of_each_other():
     rng = np.random.default_rng(3)
     step = 1e-5

@@ -101,6 +101,25 @@ def test_small_platforms_have_none_two_four_or_six_positions():
     assert counts == {0, 2, 4, 6}
 
 
+def nearly_parallelograms(noise, number):
+    """Equal cranks and rods, and a platform that is the base but for ``noise`` [m]."""
+    rng = np.random.default_rng(number)
+    base = rng.uniform(-1.0, 1.0, (3, 2))
+    crank, rod = rng.uniform(0.2, 0.8), rng.uniform(0.5, 2.0)
+    platform = base + noise * rng.normal(size=(3, 2))
+    return FMechanism(base, [crank] * 3, [rod] * 3, platform)
+
+
+@pytest.mark.parametrize("noise", [1e-11, 1e-10])
+def test_no_position_is_found_twice_beside_a_self_motion(noise):
+    # Along the way of the self-motion, places 1e-5 m apart close to rounding.
+    mechanisms = [nearly_parallelograms(noise, number) for number in range(many(10))]
+    for mechanism in mechanisms:
+        assert_all_positions(mechanism, [0.3])
+    assert max(len(mechanism.poses(0.3)) for mechanism in mechanisms) == 6
+    assert mechanisms[0].overview(8).counts.max() <= 6
+
+
 def test_collinear_triangles():
     mechanism = FMechanism(
         [[0.0, 0.0], [1.0, 0.0], [2.5, 0.0]],

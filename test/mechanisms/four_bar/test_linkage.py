@@ -421,6 +421,11 @@ class TestChangePoints:
         assert np.abs(adjusted.coupler_angles).max() < 1e-12
         assert not np.abs(np.nan_to_num(exact.coupler_angles, nan=1.0)).max() < 1e-3
 
+    def test_without_tolerance_links_may_be_as_short_as_numbers_are(self):
+        for lengths in ((2.0, 2.42, 1.11, 1e-307), (1e-307, 2.42, 1.11, 2.0)):
+            motion = FourBar(*lengths, tolerance=0.0).sweep([1.0, 4.0], 1.0).motion
+            assert np.all(np.isfinite(motion))
+
     def test_lengths_give_way_by_no_more_than_the_tolerance(self):
         rng = np.random.default_rng(2)
         angles = np.linspace(-3.0, 3.0, 61)
@@ -447,6 +452,8 @@ class TestBadInput:
             (lambda: textbook(ground_angle=math.nan), NotFiniteError, "ground_angle"),
             (lambda: textbook(ground_angle=1e300), OutOfBoundsError, "ground_angle = 1e.300 must"),
             (lambda: FourBar(*[1e300] * 4), OutOfBoundsError, "crank = 1e.300 must be at most"),
+            (lambda: FourBar(2, 2.4, 1, 5e-324, tolerance=0), OutOfBoundsError, "5.34017726e-308"),
+            (lambda: FourBar(5e-324, 2.4, 1, 2, tolerance=0), OutOfBoundsError, "2.23e-308 of"),
             (lambda: FourBar.from_joints(*TWO, (1, 0), (2, 1)), OutOfBoundsError, "coupler"),
             (lambda: FourBar.from_joints(*TWO, (1, NAN), (2, 1)), NotFiniteError, r"er_pin\[1\]"),
             (lambda: FourBar.from_joints(TWO[0], (1, 0, 0), *TWO), WrongShapeError, "crank_pin"),

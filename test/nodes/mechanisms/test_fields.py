@@ -16,6 +16,8 @@ from tri_glide_interfaces.srv import SolveFMechanism, SolveFourBar
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, OutOfBoundsError
 from tri_glide_kinematics.nodes.mechanism_node import LARGEST, check_numbers, column, crank_angles
 
+BEYOND = "beyond the one before (all rise, or all fall)"
+
 
 class TestNumbers:
     def test_what_is_wrong_is_named_by_its_place(self):
@@ -63,8 +65,9 @@ class TestCrankAngles:
             (CrankSweep(end_angle=1.0, steps=1001), "steps = 1001 must be from 1 to 1000"),
             (CrankSweep(crank_angles=[1.0]), "len(crank_angles) - 1 = 0 must be from 1 to 1000"),
             (CrankSweep(crank_angles=[0.0] * 1002), "len(crank_angles) - 1 = 1001 must be"),
-            (CrankSweep(crank_angles=[0.0, 1.0, 0.5]), "crank_angles[2] = 0.5 rad must be beyond"),
-            (CrankSweep(crank_angles=[0.0, 0.0]), "crank_angles[1] = 0 rad must be beyond"),
+            (CrankSweep(crank_angles=[0.0, 1.0, 0.5]), f"[2] = 0.5 rad must be {BEYOND}, 1 rad"),
+            (CrankSweep(crank_angles=[0.0, -1.0, 0.0]), f"[2] = 0 rad must be {BEYOND}, -1 rad"),
+            (CrankSweep(crank_angles=[0.0, 0.0]), f"crank_angles[1] = 0 rad must be {BEYOND}, 0"),
             (CrankSweep(crank_angles=[0.0, math.nan]), "crank_angles[1] = nan"),
             (CrankSweep(crank_angles=[-math.inf, 0.0]), "crank_angles[0] = -inf"),
             (CrankSweep(crank_angles=[0.0, 1e10]), "crank_angles[1] = 1e+10 must be at most 1e+09"),

@@ -250,6 +250,9 @@ def real_roots(polynomial: Cubic, tolerance: float) -> list[float] | None:
 
     z^3 F is a polynomial of z, and they are its roots on the unit circle, eigenvalues of its
     companion matrix. Between two of them F has to keep clear of zero, each time on the other side.
+    So it has to in the direction of each root beside the circle: on the part of the circle to which
+    this root is the nearest, abs(F) is at least 3^-5 of its value there, as no other root is more
+    than three times as far from there.
 
     Args:
         polynomial: coefficients as plain numbers; not identically zero.
@@ -267,16 +270,27 @@ def real_roots(polynomial: Cubic, tolerance: float) -> list[float] | None:
     near = (cmath.phase(z) for z in found if abs(abs(z) - 1.0) < _NEAR_CIRCLE)
     roots = sorted(_improved(polynomial, angle) for angle in near)
     ends = [*roots[1:], *(root + math.tau for root in roots[:1])]
-    values = [evaluate(polynomial, 0.5 * (left + right))[0] for left, right in zip(roots, ends)]
-    if any(abs(value) <= _TOUCHING * tolerance for value in values):
+    middles = [cmath.rect(1.0, 0.5 * (left + right)) for left, right in zip(roots, ends)]
+    values = [_value(polynomial, z) for z in middles]
+    # The roots beside the circle are pairs in one direction, inside and outside.
+    beside = [z / abs(z) for z in found if abs(z) >= 1.0 + _NEAR_CIRCLE]
+    clear = _TOUCHING * tolerance
+    if any(abs(value) <= clear for value in (*values, *(_value(polynomial, z) for z in beside))):
         return None
     return roots if all(v * w < 0.0 for v, w in zip(values, values[-1:] + values)) else None
+
+
+def _value(polynomial: Cubic, z: complex) -> float:
+    """Value at the unit number ``z``."""
+    constant, first, second, third = polynomial
+    value: float = constant + (z * (first + z * (second + z * third))).real
+    return value
 
 
 def _improved(polynomial: Cubic, angle: float) -> float:
     """A root by one step of Newton's method: eigenvalues beside each other have a larger error."""
     value, slope, _ = evaluate(polynomial, angle)
-    return angle - value / slope if slope else angle
+    return math.remainder(angle - value / slope, math.tau) if slope else angle
 
 
 # Real roots of many polynomials at once, on flat arrays with one entry a root.

@@ -494,12 +494,9 @@ def _monotone(name: str, values: ArrayLike, start: float) -> NDArray[np.float64]
     wrong = np.flatnonzero(steps * np.sign(steps[0]) <= 0.0)
     if wrong.size:
         index = int(wrong[0]) + 1
-        raise OutOfBoundsError(
-            f"{name}[{index}]",
-            float(array[index]),
-            "beyond the one before, all in one sense",
-            "rad",
-        )
+        before, value = array[index - 1 : index + 1].tolist()
+        bound = f"beyond the one before (all rise, or all fall), {number_text(before)}"
+        raise OutOfBoundsError(f"{name}[{index}]", value, bound, "rad")
     low, high = sorted((float(array[0]), float(array[-1])))
     if not low - SAME_ANGLE <= start <= high + SAME_ANGLE:
         raise OutOfBoundsError(

@@ -512,18 +512,24 @@ def exact_positions(linkage: Linkage, pins: CrankPins) -> list[Position]:
     # Cauchy's bound of all roots, and so of those of the derivatives.
     end = (2 + max(map(abs, condition)) // abs(condition[-1])) << _PLACE_BITS
     extrema = _roots(slope, end)
-    parallel = [place for place in extrema if whole.rod_vector(place)[1] <= _PARALLEL]
+    places = [-end, *extrema, end]
+    values = [_value(condition, place) for place in places]
+    parallel = [
+        place
+        for before, at, after, place in zip(values, values[1:], values[2:], extrema)
+        if _turns_back(before, at, after) and whole.rod_vector(place)[1] <= _PARALLEL
+    ]
     found: list[Position] = []
     folds: list[Position] = []
-    low, positive = -end, _value(condition, -end) >= 0
-    for place in (*extrema, end):
+    low, positive = -end, values[0] >= 0
+    for place, value in zip(places[1:], values[1:]):
         fold = _at_place(linkage, pins, whole, place)
         if fold:
             position = _settled(linkage, pins, *fold)
             if residual(linkage, pins, position) <= CLOSES * linkage.size:
                 folds.append(position)
                 continue
-        if (_value(condition, place) >= 0) != positive:
+        if (value >= 0) != positive:
             root = _root(condition, slope, low, place, positive)
             positive = not positive
             at_root = _at_place(linkage, pins, whole, root)
@@ -539,6 +545,14 @@ def exact_positions(linkage: Linkage, pins: CrankPins) -> list[Position]:
             if not any(_same(linkage, position, other) for other in found):
                 found.append(position)
     return found
+
+
+def _turns_back(before: int, at: int, after: int) -> bool:
+    """Whether an extremum comes nearer to zero than its neighbours, and stays on their side of it.
+
+    An extremum beyond zero has a root on each side, where its positions are found one by one.
+    """
+    return (before >= 0) == (at >= 0) == (after >= 0) and abs(at) < min(abs(before), abs(after))
 
 
 def _at_place(

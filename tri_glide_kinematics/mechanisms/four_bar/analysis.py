@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
-from tri_glide_kinematics.checks import finite, positive
+from tri_glide_kinematics.checks import SMALLEST, finite, positive
 from tri_glide_kinematics.equal_numbers import wrapped
 from tri_glide_kinematics.errors import KinematicsError, OutOfBoundsError
 from tri_glide_kinematics.wording import number_text
@@ -61,18 +61,21 @@ class LinkLengths:
 
         Raises:
             NotFiniteError: if a number is NaN or infinite.
-            OutOfBoundsError: if a length is not positive, or is zero within the tolerance, or above
-                ``LARGEST``, or the tolerance is not in its bounds.
+            OutOfBoundsError: if a length is not positive, or is zero within the tolerance or
+                rounding, or above ``LARGEST``, or the tolerance is not in its bounds.
             NotAssemblableError: if the longest link is as long as the other three together.
         """
         for name in LINK_NAMES:
             object.__setattr__(self, name, positive(name, getattr(self, name), "m", LARGEST))
         if not 0.0 <= finite("tolerance", self.tolerance) <= 1e-3:
             raise OutOfBoundsError("tolerance", self.tolerance, "from 0 to 1e-3")
-        least = 4.0 * self.tolerance * self.longest
+        # A smaller part of the longest link has lost digits, or is zero.
+        part = max(4.0 * self.tolerance, SMALLEST)
+        least = part * self.longest
         for name in LINK_NAMES:
             if getattr(self, name) < least:
-                bound = f"at least {least:.9g}, 4 times the tolerance of the longest link,"
+                what = "4 times the tolerance" if part > SMALLEST else f"{SMALLEST:.3g}"
+                bound = f"at least {what} of the longest link, {least:.9g}"
                 raise OutOfBoundsError(name, getattr(self, name), bound, "m")
         longest = max(LINK_NAMES, key=lambda name: float(getattr(self, name)))
         rest = sum(getattr(self, name) for name in LINK_NAMES if name != longest)
