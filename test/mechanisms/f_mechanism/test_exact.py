@@ -101,10 +101,10 @@ def test_small_platforms_have_none_two_four_or_six_positions():
     assert counts == {0, 2, 4, 6}
 
 
-def nearly_parallelograms(noise, number):
+def nearly_parallelograms(noise, number, height=1.0):
     """Equal cranks and rods, and a platform that is the base but for ``noise`` [m]."""
     rng = np.random.default_rng(number)
-    base = rng.uniform(-1.0, 1.0, (3, 2))
+    base = rng.uniform(-1.0, 1.0, (3, 2)) * (1.0, height)
     crank, rod = rng.uniform(0.2, 0.8), rng.uniform(0.5, 2.0)
     platform = base + noise * rng.normal(size=(3, 2))
     return FMechanism(base, [crank] * 3, [rod] * 3, platform)
@@ -118,6 +118,13 @@ def test_no_position_is_found_twice_beside_a_self_motion(noise):
         assert_all_positions(mechanism, [0.3])
     assert max(len(mechanism.poses(0.3)) for mechanism in mechanisms) == 6
     assert mechanisms[0].overview(8).counts.max() <= 6
+
+
+@pytest.mark.parametrize("noise", [1e-9, 1e-6])
+def test_no_position_is_lost_where_all_platform_angles_nearly_coincide(noise):
+    # Rounding leaves none of the six roots near the unit circle.
+    for number in range(many(10)):
+        assert_all_positions(nearly_parallelograms(noise, number, height=0.0), [0.3])
 
 
 def test_collinear_triangles():
