@@ -232,7 +232,11 @@ def test_what_is_interrupted_switches_off_and_goes_on(running_machine, drive, tm
 
 
 @pytest.mark.parametrize("how", ["twice", "nobody reads"])
-def test_a_second_ctrl_c_and_a_closed_terminal_switch_off(running_machine, drive, tmp_path, how):
+def test_a_second_ctrl_c_and_a_closed_terminal_switch_off(
+    running_machine, drive, tmp_path, monkeypatch, how
+):
+    # Where it is set, each line is written at once, and what cannot be written is told sooner.
+    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
     machine, client = running_machine, running_machine.client
     outputs = client.record(Output, "outputs", LATEST_OUTPUTS)
     streams = {"stdin": subprocess.PIPE}

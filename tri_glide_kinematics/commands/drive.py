@@ -403,7 +403,7 @@ def _drive(work: Work, options: argparse.Namespace) -> int:
         signals.ignore()
     finally:
         shut_down()
-    print(f"\n{table(run.reports)}\n")
+    print(f"\n{table(run.reports)}\n", flush=True)
     if signals.came:
         where = f" at line {run.line}" if run.line else ""
         print(f"drive: interrupted{where}")
@@ -568,6 +568,10 @@ def main() -> int:
         return 0
     except KinematicsError as error:
         print(f"drive: error: {error}", file=sys.stderr)
+        return 1
+    except BrokenPipeError:
+        # Nobody reads any more; what is still to be written would fail again when Python ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except ModuleNotFoundError as error:
         print(
