@@ -98,6 +98,11 @@ def offset_of(written: bytes, marks: Sequence[float]) -> int:
 LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 
 
+def aligned(offset: int, size: int) -> int:
+    """Return the first place from ``offset`` on for a number of a ``size``."""
+    return offset + (len(LITTLE_ENDIAN) - offset) % size
+
+
 def begun() -> bytearray:
     """Return the bytes of a message without any part yet."""
     return bytearray(LITTLE_ENDIAN)
@@ -105,7 +110,7 @@ def begun() -> bytearray:
 
 def align(written: bytearray, size: int) -> None:
     """Fill up to the next place for a number of a ``size``."""
-    written += bytes((len(LITTLE_ENDIAN) - len(written)) % size)
+    written += bytes(aligned(len(written), size) - len(written))
 
 
 def write_count(written: bytearray, count: int) -> None:

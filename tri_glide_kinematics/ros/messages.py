@@ -17,7 +17,7 @@ from rclpy.serialization import deserialize_message
 
 from tri_glide_kinematics.checks import normal, zero_if_tiny
 from tri_glide_kinematics.errors import KinematicsError, NotFiniteError, Refusal
-from tri_glide_kinematics.ros.cdr import PLAIN, STAMP_END, STAMP_OFFSET, byte_order
+from tri_glide_kinematics.ros.cdr import PLAIN, STAMP_END, STAMP_OFFSET, aligned, byte_order
 from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.wording import number_text, vector_text
 
@@ -116,13 +116,11 @@ def _stamped_numbers(data: bytes, what: str, count: int, texts: int = 1) -> Stam
         order = byte_order(data)
         sec, nanosec = struct.unpack_from(f"{order}iI", data, STAMP_OFFSET)
         for index in range(texts):
-            end += -end % 4
+            end = aligned(end, 4)
             (length,) = struct.unpack_from(f"{order}I", data, end)
             frame = frame if index else data[end + 4 : end + 3 + length]
             end += 4 + length
-        # Aligned from the end of the encoding on.
-        end += (4 - end) % 8
-        numbers = struct.unpack_from(f"{order}{count}d", data, end)
+        numbers = struct.unpack_from(f"{order}{count}d", data, aligned(end, 8))
     except struct.error:
         raise RefusedMessageError(f"{len(data)} bytes are no {what}") from None
     return StampedNumbers(Time(sec=sec, nanosec=nanosec), frame.decode(errors="replace"), numbers)

@@ -18,7 +18,7 @@ from tri_glide_kinematics.errors import NotFiniteError, OutOfBoundsError, Refusa
 from tri_glide_kinematics.interruptible import Interruptible
 from tri_glide_kinematics.motion.engine import PathOutputs
 from tri_glide_kinematics.motion.path import FlatPath, check_count
-from tri_glide_kinematics.ros.cdr import PLAIN, byte_order
+from tri_glide_kinematics.ros.cdr import PLAIN, aligned, byte_order
 from tri_glide_kinematics.ros.messages import (
     ROTATION_TOLERANCE,
     RefusedMessageError,
@@ -111,7 +111,7 @@ def _points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
 
     frame, end = text(ENCODING + STAMP)
     _check_path_frame(frame, base_frame)
-    offset = _aligned(end, 4)
+    offset = aligned(end, 4)
     if offset + 4 > len(data):
         raise IndexError
     (count,) = size.unpack_from(data, offset)
@@ -123,9 +123,9 @@ def _points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
     points = np.empty((count, 3))
     done, told, end, window = 0, 0, offset + 4, AT_A_TIME
     while done < count:
-        frame, end = text(_aligned(end, 4) + STAMP)
+        frame, end = text(aligned(end, 4) + STAMP)
         _check_path_frame(frame, base_frame)
-        begin = _aligned(end, 8)
+        begin = aligned(end, 8)
         # A pose follows the one before it at a fixed distance as long as all frames are alike.
         stride = POSE + 8 * -(-(STAMP + 4 + len(frame) + 1) // 8)
         most = min(count - done, window, (len(data) - begin - POSE) // stride + 1)
@@ -145,11 +145,6 @@ def _points(data: bytes, base_frame: str) -> Interruptible[FloatArray]:
             told = done
             yield
     return points
-
-
-def _aligned(offset: int, size: int) -> int:
-    """Return the first place from ``offset`` on for something of this ``size``."""
-    return offset + (ENCODING - offset) % size
 
 
 def _check_path_frame(frame: bytes, base_frame: str) -> None:

@@ -24,6 +24,7 @@ from tri_glide_kinematics.ros.cdr import (
     PLAIN,
     STAMP_END,
     STAMP_OFFSET,
+    aligned,
     byte_order,
     offset_of,
 )
@@ -251,14 +252,13 @@ def _check_sizes(data: bytes) -> None:
     def skip(width: int) -> int:
         """Skip a text, or a sequence of numbers ``width`` bytes wide; return how many it has."""
         nonlocal end
-        end += -end % 4
+        end = aligned(end, 4)
         if end + 4 > len(data):
             raise RefusedMessageError(f"joint state of {len(data)} bytes ends too early")
         (count,) = size.unpack_from(data, end)
         end += 4
         if count and width:
-            # Aligned from the end of the encoding on.
-            end += (4 - end) % width + width * count
+            end = aligned(end, width) + width * count
         if end > len(data):
             raise RefusedMessageError(
                 f"joint state of {len(data)} bytes ends before {count} numbers or characters"
