@@ -1,4 +1,4 @@
-"""How many functions of the package one control cycle calls, at rest and in a move.
+"""How many functions of the package one control cycle calls: at rest, in a move, following a target.
 
 In Python a call costs time whatever it does. So the number of calls tells what a change has done to
 each cycle, and unlike a time it is the same in each run and on each computer. What is counted is
@@ -8,6 +8,7 @@ libraries do is not. It needs Python 3.11 or newer; from 3.12 on a comprehension
 
 import sys
 from collections import Counter
+from math import cos, pi, sin
 from pathlib import Path
 from types import CodeType, FrameType
 
@@ -15,17 +16,22 @@ import tri_glide_kinematics
 from benchmarks.judge import LIMITS, WORKSPACE
 from benchmarks.table import print_lines
 from testing.controllers import PERIOD, controller_of
-from tri_glide_kinematics.control import IDLE, MOVING, OperatingState
+from tri_glide_kinematics.control import IDLE, MOVING, TRACKING, OperatingState
 from tri_glide_kinematics.motion import MotionEngine
 from tri_glide_kinematics.vectors import Vector3
 
 PACKAGE = str(Path(tri_glide_kinematics.__file__).parent)
 CYCLES = 50  # that are counted
-BEFORE = 50  # cycles before that, in which a move is planned, and a target is reached
+# Cycles before that, in which a move is planned, and a target is reached.
+BEFORE = {IDLE: 50, MOVING: 50, TRACKING: 500}
 HOME = (0.6, 0.6, 0.6)  # m, heights
 TARGET = (0.05, 0.03, 0.3)  # m
+# A target that goes round in a circle, and is told so often.
+RADIUS = 0.03  # m
+RATE = pi  # rad/s
+CYCLES_A_REPORT = 10
 # Most calls in a cycle that are wanted.
-GOALS = {IDLE: 30, MOVING: 35}
+GOALS = {IDLE: 30, MOVING: 35, TRACKING: 165}
 
 Calls = Counter[CodeType]
 
@@ -39,6 +45,13 @@ class Machine:
         self._now = 0.0
         self._heights: Vector3 = HOME
         self.controller.measured(HOME, self._now)
+
+    def report_target(self) -> None:
+        """Tell where on its circle the target is now."""
+        angle = RATE * self._now
+        x, y = RADIUS * cos(angle), RADIUS * sin(angle)
+        velocity = (-RATE * y, RATE * x, 0.0)
+        self.controller.track((x, y, TARGET[2]), velocity, self._now, self._now)
 
     def cycle(self) -> Calls:
         """Do what the node does in a period; return what was called for the setpoint."""
@@ -60,16 +73,18 @@ class Machine:
 
 
 def calls_in(state: OperatingState) -> Calls:
-    """Return what is called in ``CYCLES`` cycles in a state, idle or moving."""
+    """Return what is called in ``CYCLES`` cycles in a state: idle, moving or tracking."""
     machine = Machine()
     if state is MOVING:
         machine.controller.move_to(TARGET)
-    for _ in range(BEFORE):
-        machine.cycle()
     calls: Calls = Counter()
-    for _ in range(CYCLES):
+    for number in range(-BEFORE[state], CYCLES):
+        if number == 0:
+            calls.clear()
+        if state is TRACKING and number % CYCLES_A_REPORT == 0:
+            machine.report_target()
         calls += machine.cycle()
-        assert machine.controller.state is state
+        assert number < 0 or machine.controller.state is state
     return calls
 
 
