@@ -1,4 +1,4 @@
-"""How many functions of the package one control cycle calls: at rest, in a move, following a target.
+"""How many functions of the package a control cycle calls: at rest, in a move, following a target.
 
 In Python a call costs time whatever it does. So the number of calls tells what a change has done to
 each cycle, and unlike a time it is the same in each run and on each computer. What is counted is
