@@ -8,6 +8,8 @@ IN_ENV := source ./env.sh &&
 
 # Tests that start nodes, at the same time: they wait for two thirds of their time.
 NODE_TESTS ?= 3
+# More options of pytest for tests that start nodes.
+NODE_OPTIONS ?=
 
 # Each core has tests of its own: threads within one test would only take them turns.
 test test-no-nodes test-properties soak coverage: export OPENBLAS_NUM_THREADS := 1
@@ -38,9 +40,9 @@ panel: env ## a simulated tri-glide, and the page in the browser that shows and 
 
 test: test-no-nodes ## all tests: mathematics and motion on all cores, nodes as real processes, then what is timed
 	@scripts/find_browser.sh >/dev/null || echo "test: no browser is installed: the panel's tests in a browser are left out"
-	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n $(NODE_TESTS) --dist loadfile --no-loadscope-reorder -m "nodes and not alone" \
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n $(NODE_TESTS) --dist loadfile --no-loadscope-reorder -m "nodes and not alone" $(NODE_OPTIONS) \
 		test/integration $$($(call FILES_WITH,mark.nodes) | grep -v ^test/integration) \
-		&& exec python -m pytest -m alone $$($(call FILES_WITH,mark.alone))
+		&& exec python -m pytest -m alone $(NODE_OPTIONS) $$($(call FILES_WITH,mark.alone))
 
 test-no-nodes: env ## all tests that start no nodes
 	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n auto -m "not nodes and not alone" --ignore=test/integration
