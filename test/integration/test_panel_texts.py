@@ -375,31 +375,6 @@ def test_a_fault_is_recorded_and_drawn_and_sent_to_the_page(
     panel.client.wait_for(lambda: "fault at" not in page.text, "the curves of now")
 
 
-def test_a_second_page_cannot_take_the_controls_unasked(
-    panel: Panel, page: TextPage, second: TextPage
-) -> None:
-    panel.read_until(second, "page 1 has the controls")
-    before = panel.position
-    second.click("disable")
-    panel.read_until(second, "nothing done")
-    for _ in range(10):
-        second.hold("X+")
-        panel.spin()
-    second.click("take")
-    panel.read_until(second, "asked for")
-    assert panel.position == before
-    assert panel.machine.state == "idle"
-    # Stop is everybody's.
-    panel.stop_on_the_way(second.stop)
-    # Only if the first one gives them up.
-    page.click("give up")
-    panel.read_until(second, "you have the controls")
-    second.click("disable")
-    panel.machine.wait_for_state("disabled")
-    second.click("enable")
-    panel.machine.wait_for_state("idle")
-
-
 def test_the_teach_mode_is_switched_on_by_any_page_and_off_by_the_one_with_the_controls(
     panel: Panel, page: TextPage, second: TextPage
 ) -> None:
