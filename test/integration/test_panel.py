@@ -5,9 +5,11 @@ import re
 import signal
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.util import find_spec
 from pathlib import Path
+from threading import Thread
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -16,6 +18,8 @@ from geometry_msgs.msg import TwistStamped
 from numpy.typing import NDArray
 
 from testing.browser import DESKTOP, SMALL, Browser, Page, Pixels, find_browser
+from testing.page_attack import go_to
+from testing.page_reader import PROTOCOL
 from testing.panel import HOME, STOP, STRIP, Panel, button, difference, field, pad, tab
 from testing.text_page import TextPage
 from testing.waiting import wait_until
@@ -35,6 +39,8 @@ SCENE = (slice(60, 340), slice(60, 470))
 # First row of the scene that no words lie above.
 BELOW_WORDS = 160
 PAGES = f"{STRIP}.querySelector('.pages').textContent"
+# A machine that is driven has moved after this [s].
+LONG_ENOUGH = 0.7
 # A page that does not answer is taken for gone after this [s].
 SILENCE = PING_PERIOD * (SILENT_PERIODS + 1)
 
@@ -354,6 +360,49 @@ def test_nothing_is_asked_of_other_hosts(panel: Panel, page: Page) -> None:
         if not address.startswith("data:") and urlsplit(address).netloc != here
     ]
     assert not others
+
+
+# Sends all as soon as it is connected, and tells whether it ever was.
+FOREIGN_PAGE = """<!doctype html><script>
+window.tries = Promise.all(ADDRESSES.map((address) => new Promise((done) => {
+  const socket = new WebSocket(address, [PROTOCOL]);
+  socket.onopen = () => {
+    for (const bytes of MESSAGES) socket.send(new Uint8Array(bytes));
+    setTimeout(() => done("connected"), 500);
+  };
+  socket.onerror = () => done("refused");
+})));
+</script>"""
+
+
+def test_a_foreign_page_in_a_browser_that_knows_the_token_moves_nothing(
+    panel: Panel, page: Page, chromium: Browser
+) -> None:
+    """That such messages of the page itself do move the machine, test_page_admission.py shows."""
+    hosts, port = ("127.0.0.1", "localhost"), urlsplit(panel.address).port
+    messages = json.dumps([list(each) for each in go_to((0.04, 0.02, 0.3))])
+    addresses = json.dumps([f"ws://{host}:{port}" for host in hosts])
+    text = FOREIGN_PAGE.replace("ADDRESSES", addresses).replace("MESSAGES", messages)
+    text = text.replace("PROTOCOL", json.dumps(PROTOCOL))
+    other = chromium.new_page()
+    try:
+        with foreign_server(text) as foreign:
+            for host in hosts:
+                other.open(panel.address.replace("127.0.0.1", host))
+                # The browser has gone on to the page itself, with its cookie.
+                is_there = f"location.href === 'http://{host}:{port}/'"
+                other.wait_for(f"{is_there} && document.title === 'Viser'", "the page")
+                assert other.evaluate("document.cookie") == ""
+            # Cookies are those of all ports of a host.
+            for host in hosts:
+                other.open(f"http://{host}:{foreign}/")
+                other.wait_for("window.tries", "the foreign page", spin=panel.spin)
+                assert other.evaluate("tries") == ["refused", "refused"]
+                panel.client.spin_for(LONG_ENOUGH)
+                assert panel.is_at_rest and panel.position == pytest.approx(HOME, abs=1e-9)
+    finally:
+        other.call("Page.close")
+        page.call("Page.bringToFront")
 
 
 def test_what_runs_is_in_sight_on_each_tab_and_kept_with_its_time(panel: Panel, page: Page) -> None:
@@ -682,3 +731,27 @@ def test_a_killed_panel_ends_its_jog_and_nothing_else(panel: Panel, page: Page) 
     panel.client.send_pose(HOME)
     panel.wait_until_at(HOME)
     page.wait_for(f"{STRIP}.querySelector('.state').textContent === 'no connection'", "the loss")
+
+
+@contextmanager
+def foreign_server(text: str) -> Iterator[int]:
+    """Serve a page of somebody else on another port of this computer."""
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(text.encode())
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        thread = Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield server.server_port
+        finally:
+            server.shutdown()
+            thread.join()
