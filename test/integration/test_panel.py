@@ -3,7 +3,6 @@
 import json
 import re
 import signal
-import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -79,14 +78,15 @@ def scene_of(page: Page) -> Pixels:
 
 def still_scene_of(page: Page) -> Pixels:
     """Return the scene once it does not change any more: its parts come one by one."""
-    end = time.monotonic() + 30.0
     last = scene_of(page)
-    while True:
-        time.sleep(0.5)
+
+    def is_still() -> bool:
+        nonlocal last
         last, before = scene_of(page), last
-        if difference(before, last) < 3:
-            return last
-        assert time.monotonic() < end, "the scene changes all the time"
+        return difference(before, last) < 3
+
+    wait_until(is_still, "a scene that does not change", 0.5)
+    return last
 
 
 def test_the_machine_is_drawn_and_moves_by_a_target_of_a_topic(panel: Panel, drawn: Page) -> None:
@@ -95,10 +95,9 @@ def test_the_machine_is_drawn_and_moves_by_a_target_of_a_topic(panel: Panel, dra
     assert dark > 500, "no arms, carriages and towers"
     panel.client.send_pose((0.06, 0.0, 0.32))
     panel.wait_until_at((0.06, 0.0, 0.32))
-    end = time.monotonic() + 10.0
-    while difference(before, scene_of(drawn)) < 15:
-        assert time.monotonic() < end, "the drawn machine stays where it was"
-        panel.spin()
+    panel.client.wait_for(
+        lambda: difference(before, scene_of(drawn)) >= 15, "the drawn machine to move"
+    )
 
 
 def test_stop_brakes(panel: Panel, page: Page) -> None:
