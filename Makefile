@@ -7,7 +7,7 @@ SHELL := /bin/bash
 IN_ENV := source ./env.sh &&
 
 # Tests without nodes, at the same time. Beside those with nodes half of the processors are enough.
-PROCESSES ?= auto
+OTHER_TESTS ?= auto
 # Tests that start nodes, at the same time: they wait for two thirds of their time.
 NODE_TESTS ?= 3
 # More options of pytest for tests that start nodes.
@@ -42,11 +42,11 @@ panel: env ## a simulated tri-glide, and the page in the browser that shows and 
 
 test: ## all tests: mathematics and motion beside nodes as real processes, then what is timed
 	@scripts/find_browser.sh >/dev/null || echo "test: no browser is installed: the panel's tests in a browser are left out"
-	@$(MAKE) --no-print-directory --jobs=2 PROCESSES=$$(( ($$(nproc) + 1) / 2 )) test-no-nodes test-nodes
+	@$(MAKE) --no-print-directory --jobs=2 OTHER_TESTS=$$(( ($$(nproc) + 1) / 2 )) test-no-nodes test-nodes
 	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -m alone $(NODE_OPTIONS) $$($(call FILES_WITH,mark.alone))
 
 test-no-nodes: env ## all tests that start no nodes
-	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n $(PROCESSES) -m "not nodes and not alone" --ignore=test/integration
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n $(OTHER_TESTS) -m "not nodes and not alone" --ignore=test/integration
 
 test-nodes: env ## all tests that start nodes, but for what is timed
 	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n $(NODE_TESTS) --dist loadfile --no-loadscope-reorder \
