@@ -24,7 +24,6 @@ from testing.text_page import TextPage
 from testing.waiting import wait_until
 from tri_glide_kinematics.control import LEAST_PAUSE
 from tri_glide_kinematics.mechanisms.pictures import BLUE, GREEN, ORANGE
-from tri_glide_kinematics.panel.mechanisms.tab import rgb
 from tri_glide_kinematics.panel.page import PING_PERIOD, SILENT_PERIODS
 from tri_glide_kinematics.panel.programs import NO_FILE
 
@@ -607,8 +606,9 @@ def test_a_map_is_a_coloured_plane_with_a_legend(panel: Panel, drawn: Page) -> N
 
 
 def places(pixels: Pixels, colour: str) -> NDArray[np.intp]:
-    """Return where a colour is. Shape (n, 2), rows and columns."""
-    return np.argwhere(np.abs(pixels.astype(int) - rgb(colour)).max(axis=2) < 25)
+    """Return where a colour, #RRGGBB, is. Shape (n, 2), rows and columns."""
+    wanted = tuple(bytes.fromhex(colour[1:]))
+    return np.argwhere(np.abs(pixels.astype(int) - wanted).max(axis=2) < 25)
 
 
 def test_a_mechanism_is_drawn_beside_the_machine(panel: Panel, page: Page) -> None:
