@@ -8,7 +8,7 @@ IN_ENV := source ./env.sh &&
 
 # Tests without nodes, at the same time. Beside those with nodes half of the processors are enough.
 OTHER_TESTS ?= auto
-# Tests that start nodes, at the same time: they wait for two thirds of their time.
+# Tests that start nodes, at the same time: they wait for more than half of their time.
 NODE_TESTS ?= 3
 # More options of pytest for tests that start nodes.
 NODE_OPTIONS ?=
