@@ -1,10 +1,8 @@
-"""The mechanisms tab on a page server of its own."""
+"""The mechanisms tab on a page server."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -50,13 +48,3 @@ class Rig:
 
     def is_visible(self, name):
         return self.tab.drawing.nodes[name].visible
-
-
-@contextmanager
-def page_server() -> Iterator[viser.ViserServer]:
-    """Serve a page on this computer alone."""
-    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    try:
-        yield server
-    finally:
-        server.stop()

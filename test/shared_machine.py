@@ -2,16 +2,14 @@
 
 import itertools
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import pytest
 from rclpy.context import Context
 
 from testing.client import Client
 from testing.forks import ForkedNodes
-from testing.machine import Machine
 from testing.processes import Launcher, launched
 
 _COUNTER = itertools.count()
@@ -27,22 +25,3 @@ def shared_nodes(
         client = Client(context, namespace)
         yield client, launcher
         client.close()
-
-
-@contextmanager
-def shared_machine(
-    context: Context,
-    folders: pytest.TempPathFactory,
-    name: str,
-    parameters: Mapping[str, Any] | None = None,
-) -> Iterator[Machine]:
-    """Start a machine in a namespace that begins with ``name``; ``forget`` makes it as good as new.
-
-    Args:
-        context: of its client.
-        folders: for its logs.
-        name: of the tests.
-        parameters: of ik_node.
-    """
-    with shared_nodes(context, folders, name) as (client, launcher):
-        yield Machine(client, launcher).start(dict(parameters or {}))

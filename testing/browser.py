@@ -59,7 +59,7 @@ window.cancelAnimationFrame = clearTimeout;
 """
 # What stays where it is for so long does not move [s].
 STEADY = 0.1
-DESKTOP, PHONE = (1280, 720), (390, 844)
+DESKTOP = (1280, 720)
 # Drawn by the processor in a third of the time.
 SMALL = (800, 500)
 

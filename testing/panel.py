@@ -141,6 +141,7 @@ class Panel:
         # Of a pose that leads nowhere one could not tell when it is over.
         if not self._rests_at(HOME):
             # An ik_node that was killed is taken for a listener a while longer.
+            self.machine.wait_until_targets_get_there()
             self.repeat_until(
                 lambda: self.client.send_pose(HOME),
                 lambda seconds: self.client.wait_for(

@@ -20,7 +20,7 @@ PLACES = ((0.1, 0.0, 0.25), (-0.1, 0.05, 0.35), (0.05, -0.1, 0.15), (0.0, 0.0, 0
 # A wall clock, as a float of seconds: too coarse for a microsecond.
 EPOCH = 1.7954e9
 with np.load(Path(__file__).with_name("arrivals.npz")) as recorded:
-    # Of the real ik_node (testing/arrivals.py): arrival less nominal time [s]. The quiet ones came
+    # Of the real ik_node in motion: arrival less nominal time [s]. The quiet ones came
     # with realtime_priority, as the computer was not; the loaded ones beside two processes of the
     # same priority that only calculate, in stretches without a stall of more than 45 ms.
     QUIET, LOADED = 1e-6 * recorded["quiet"], 1e-6 * recorded["loaded"]

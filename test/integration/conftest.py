@@ -96,9 +96,7 @@ def lasting_machine(
     ros_context: Context, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Machine]:
     """Start a machine for all tests of a file that leave one as it was."""
-    namespace = f"/lasting_{os.getpid()}_{next(_COUNTER)}"
-    with launched(tmp_path_factory.mktemp("lasting"), namespace, ForkedNodes) as launcher:
-        first = Client(ros_context, namespace)
+    with shared_nodes(ros_context, tmp_path_factory, "lasting") as (first, launcher):
         started = Machine(first, launcher, listen=False).start()
         # Whoever does not listen is not to be sent anything.
         first.close()

@@ -135,18 +135,6 @@ def test_a_speed_that_cannot_be_is_refused_where_the_platform_is_already(bench):
     bench.ends(goal, ABORTED, GoalCode.REFUSED, "speed = -1 m/s")
 
 
-def test_a_result_is_given_to_all_who_ask(bench):
-    goal = bench.under_way()
-    early = [goal.ask_again() for _ in range(3)]
-    goal.cancel()
-    bench.client.wait_for(lambda: all(each.done() for each in early), "all results")
-    late = goal.ask_again()
-    bench.client.wait_for(late.done, "the result")
-    for future in (*early, late):
-        response = future.result()
-        assert (response.status, response.result) == (CANCELED, goal.result())
-
-
 # These have machines of their own, and what the other one says meanwhile is not looked at.
 
 

@@ -1,4 +1,7 @@
-"""The action ~/follow_path, target_path, ~/pause and ~/resume of ik_node, over real processes."""
+"""The action ~/follow_path and target_path of ik_node, over real processes.
+
+``~/pause`` and ``~/resume`` are in test_examples.py and test_process_faults.py.
+"""
 
 import itertools
 import math
@@ -9,7 +12,6 @@ from action_bench import NEAR
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
-from std_srvs.srv import Trigger
 
 from testing.commands import KINEMATICS
 from tri_glide_interfaces.msg import MachineState, Output
@@ -19,19 +21,8 @@ from tri_glide_kinematics.motion.engine import GoalCode
 from tri_glide_kinematics.ros.messages import LATEST_OUTPUTS
 
 SUCCEEDED, ABORTED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED
-CANCELED = GoalStatus.STATUS_CANCELED
 SQUARE = [(0.04, 0.0, 0.25), (0.04, 0.04, 0.25), (0.0, 0.04, 0.25), (0.0, 0.0, 0.25)]
 TOLERANCE = 0.001  # m, path_tolerance by default
-
-
-def under_way(bench, points=SQUARE):
-    """Return a goal whose path is driven, slowly."""
-    bench.quickly_to(NEAR)
-    goal = bench.goals.follow(points).wait_until_accepted()
-    bench.client.wait_for(
-        lambda: goal.feedback and goal.feedback[-1].way > 0.01, "some way on the path"
-    )
-    return goal
 
 
 def places(bench, first=0):
@@ -120,21 +111,6 @@ def test_what_is_no_path_is_refused_with_the_reason_and_disturbs_nothing(bench):
         bench.ends(bench.goals.follow(**arguments), ABORTED, GoalCode.REFUSED, text)
         assert bench.machine.state == "idle"
     assert math.dist(places(bench)[-1], NEAR) < 1e-6
-
-
-def test_it_pauses_and_goes_on_by_services(bench):
-    goal = under_way(bench)
-    answer = bench.client.call(Trigger, "ik_node/pause", Trigger.Request())
-    assert (answer.success, answer.message) == (True, "comes to rest on the path")
-    bench.client.wait_for(lambda: not any(bench.machine.commands[-1].velocity), "rest on the path")
-    assert goal.response is None
-    bench.set_speed(1.0)
-    answer = bench.client.call(Trigger, "ik_node/resume", Trigger.Request())
-    assert (answer.success, answer.message) == (True, "goes on along the path")
-    bench.ends(goal, SUCCEEDED, GoalCode.SUCCEEDED, "path of 4 segments is reached")
-    answer = bench.client.call(Trigger, "ik_node/pause", Trigger.Request())
-    assert not answer.success
-    assert "path" in answer.message
 
 
 def test_target_path_does_the_same_without_an_answer(bench):

@@ -61,30 +61,6 @@ def drive(running_machine, tmp_path):
         command.signal(signal.SIGKILL)
 
 
-def test_the_example_is_driven_to_its_end(running_machine, drive):
-    machine = running_machine
-    # Found by its name alone.
-    command = drive("drive_example.yaml")
-    assert command.end() == 0, command.output
-    rows = command.rows()
-    assert [row[:3] for row in rows] == [
-        ["1", "move", "succeeded"],
-        ["2", "path", "succeeded"],
-        ["3", "wait", "succeeded"],
-        ["4", "path", "succeeded"],
-        ["5", "move", "succeeded"],
-    ]
-    # Three sides and half a circle with rounded corners, of which one may be 5 mm away.
-    assert 170.0 < float(rows[1][5]) < 40.0 * 3 + 63.0
-    assert 4.0 < float(rows[1][9]) <= 5.0
-    # Each step has a line of its own where there is no terminal.
-    assert command.output.count("\ndrive: step ") == 4
-    assert "\033" not in command.output
-    machine.catch_up()
-    place = KINEMATICS.forward(machine.heights())
-    assert place == pytest.approx((0.0, 0.0, 0.25), abs=1e-6)
-
-
 def test_a_stop_while_a_program_is_checked_lets_nothing_move(running_machine, drive):
     machine, client = running_machine, running_machine.client
     before = machine.heights()
@@ -109,6 +85,7 @@ def test_the_example_program_is_driven_to_its_end(running_machine, drive):
     machine = running_machine
     # It may not know the command yet when the first output changes.
     outputs = machine.client.record(Output, "outputs", LATEST_OUTPUTS)
+    # Found by its name alone.
     check = drive("program_example.gcode", "--check")
     assert check.end() == 0, check.output
     machine.catch_up()

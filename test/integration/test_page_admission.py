@@ -1,22 +1,19 @@
-"""Who may drive by the page: connections of others move nothing, however early they send."""
+"""Who may drive by the page: connections of others move nothing, however early they send.
 
-import json
+A foreign page in a browser is in ``test_panel.py``.
+"""
+
 import math
 import re
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from threading import Thread
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
 from geometry_msgs.msg import PoseStamped
 
-from testing.browser import browser, find_browser
 from testing.client import Client
 from testing.page_attack import CLOSE, Attack, PageFuzz, answer, frame, go_to, request, upgrade
-from testing.page_reader import PROTOCOL
 from testing.panel import Panel
 from testing.processes import Launcher
 
@@ -126,44 +123,6 @@ def test_what_is_sent_at_once_moves_nothing(watched: Watched) -> None:
         attack.close()
 
 
-# Sends all as soon as it is connected, and tells whether it ever was.
-FOREIGN_PAGE = """<!doctype html><script>
-window.tries = Promise.all(ADDRESSES.map((address) => new Promise((done) => {
-  const socket = new WebSocket(address, [PROTOCOL]);
-  socket.onopen = () => {
-    for (const bytes of MESSAGES) socket.send(new Uint8Array(bytes));
-    setTimeout(() => done("connected"), 500);
-  };
-  socket.onerror = () => done("refused");
-})));
-</script>"""
-
-
-@pytest.mark.skipif(find_browser() is None, reason="no browser is installed")
-def test_a_foreign_page_in_a_browser_that_knows_the_token_moves_nothing(watched: Watched) -> None:
-    before = watched.at_home()
-    panel = watched.panel
-    messages = json.dumps([list(each) for each in go_to(PLACE)])
-    addresses = json.dumps([f"ws://{host}:{watched.port}" for host in ("127.0.0.1", "localhost")])
-    text = FOREIGN_PAGE.replace("ADDRESSES", addresses).replace("MESSAGES", messages)
-    text = text.replace("PROTOCOL", json.dumps(PROTOCOL))
-    with browser() as running, foreign_server(text) as foreign:
-        page = running.page()
-        for host in ("127.0.0.1", "localhost"):
-            page.open(panel.address.replace("127.0.0.1", host))
-            # The browser has gone on to the page itself, with its cookie.
-            is_there = f"location.href === 'http://{host}:{watched.port}/'"
-            page.wait_for(f"{is_there} && document.title === 'Viser'", "the page")
-            assert page.evaluate("document.cookie") == ""
-        # Cookies are those of all ports of a host.
-        for host in ("127.0.0.1", "localhost"):
-            page.open(f"http://{host}:{foreign}/")
-            page.wait_for("window.tries", "the foreign page", spin=panel.spin)
-            assert page.evaluate("tries") == ["refused", "refused"]
-            panel.client.spin_for(LONG_ENOUGH)
-            assert watched.place() == pytest.approx(before, abs=1e-9)
-
-
 def test_connections_by_chance_move_nothing_end_nothing_and_fill_no_log(watched: Watched) -> None:
     before, begin = watched.at_home(), time.monotonic()
     node = watched.panel.node
@@ -200,27 +159,3 @@ def test_a_page_for_other_computers_asks_for_the_token_and_says_that_it_is_not_e
     # The log goes to files and over the network.
     assert node.output.count(parts.query) == 1
     assert [line for line in node.output.splitlines() if line == f"the page: {address}"]
-
-
-@contextmanager
-def foreign_server(text: str) -> Iterator[int]:
-    """Serve a page of somebody else on another port of this computer."""
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self.send_response(200)
-            self.send_header("Content-Type", "text/html")
-            self.end_headers()
-            self.wfile.write(text.encode())
-
-        def log_message(self, *_: object) -> None:
-            pass
-
-    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
-        thread = Thread(target=server.serve_forever)
-        thread.start()
-        try:
-            yield server.server_port
-        finally:
-            server.shutdown()
-            thread.join()

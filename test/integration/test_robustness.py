@@ -13,13 +13,13 @@ from testing.scenarios import (
     flood,
     parameter_storm,
 )
-from tri_glide_kinematics.control import Cause
 
 FAR = (0.08, 0.03, 0.35)
 FLOOD = 4_000  # targets
 
 
 def test_each_node_is_killed_and_started_again_in_motion(machine, client, nodes):
+    """The simulator is in test_process_faults.py, in every state."""
     machine.start()
     poses = client.record(PoseStamped, "platform_pose")
     fk = nodes.start("fk_node")
@@ -35,13 +35,6 @@ def test_each_node_is_killed_and_started_again_in_motion(machine, client, nodes)
     client.wait_for(lambda: poses, "poses again")
 
     machine.move(HOME)
-    machine.get_going(FAR, 0.2)
-    machine.simulator.signal(signal.SIGKILL)
-    machine.wait_for_state("fault")
-    assert machine.cause is Cause.MEASUREMENTS_SILENT
-    machine.start_simulator()
-    assert_normal_target_is_reached(machine)
-
     machine.get_going(FAR, 0.2)
     machine.ik.signal(signal.SIGKILL)
     # The drive keeps the last command that it got, and the sliders come to rest there.

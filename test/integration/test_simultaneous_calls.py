@@ -10,14 +10,12 @@ from rcl_interfaces.srv import GetParameters
 from shared_machine import shared_nodes
 from std_srvs.srv import SetBool, Trigger
 
-from testing.client import DEEP_QUEUE, Client
-from testing.goals import GoalClient
+from testing.client import Client
 from testing.machine import Machine
 from tri_glide_interfaces.srv import ListMeasurements, SolveFourBar
-from tri_glide_kinematics.motion.engine import GoalCode
 
 # The middleware keeps ten of each.
-CLIENTS, CALLS, GOALS = 30, 20, 50
+CLIENTS, CALLS = 30, 20
 PATIENCE = 30.0  # s, for what takes three at most
 
 # One of each way in which nodes look at services: in each cycle, in turns beside a cycle that
@@ -94,22 +92,3 @@ def test_each_call_of_one_client_gets_its_answer(caller, at_once, name):
     with at_once(name):
         futures = calls(clients, name, CALLS)
     wait_for_all(caller, futures)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("action", ["move_to", "follow_path"])
-def test_each_of_many_goals_is_accepted_and_ends(caller, action):
-    # Beside each acceptance, this client takes the states of all goals. A busy computer may need
-    # more than the 10 ms for that which are between two answers.
-    client = GoalClient(caller, DEEP_QUEUE)
-    send = {
-        "move_to": client.move_to,
-        "follow_path": lambda position: client.follow([(0.01, 0.0, 0.27), position]),
-    }[action]
-    send((0.0, 0.0, 0.25)).result()
-    goals = [send((0.0, 0.0, 0.25 + 0.0001 * number)) for number in range(GOALS)]
-    codes = [goal.result().code for goal in goals]
-    assert codes[-1] == GoalCode.SUCCEEDED
-    assert set(codes[:-1]) <= {GoalCode.SUPERSEDED, GoalCode.SUCCEEDED}
-    assert all(goal.accepted and goal.responses == 1 for goal in goals)
-    client.close()

@@ -6,11 +6,12 @@ import time
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from shared_machine import shared_machine
+from shared_machine import shared_nodes
 
 from testing.client import Client
 from testing.commands import KINEMATICS, LIMITS, assert_within_limits, check, stream_of
 from testing.driven_programs import WORKSPACE
+from testing.machine import Machine
 from tri_glide_kinematics.control import Cause
 from tri_glide_kinematics.motion import plan_move
 
@@ -74,9 +75,8 @@ def late_part(machine, client, rate, send=None):
 @pytest.fixture(scope="module")
 def shared(ros_domain, ros_context, tmp_path_factory):
     rate = rate_of_this_computer()
-    parameters = {"motion": "slider", "rate": rate}
-    with shared_machine(ros_context, tmp_path_factory, "streams", parameters) as machine:
-        yield machine, rate
+    with shared_nodes(ros_context, tmp_path_factory, "streams") as (client, launcher):
+        yield Machine(client, launcher).start({"motion": "slider", "rate": rate}), rate
 
 
 @pytest.mark.alone

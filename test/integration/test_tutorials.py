@@ -31,16 +31,22 @@ NAP = 0.05  # s
 PATIENCE_WITH_A_COMMAND = 5.0 * TIMEOUT
 
 
+@pytest.fixture(scope="module")
+def shell(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a script that makes a shell one after env.sh."""
+    shell = tmp_path_factory.mktemp("shell") / "shell"
+    script = f'. "{ROOT}/env.sh"; declare -f ros2; declare -p _tri_glide_commands; true'
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
+    shell.write_text(done.stdout)
+    return shell
+
+
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(shell: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return a folder that looks like the repository to commands, in a shell after env.sh."""
     for name in ("config", "examples"):
         (tmp_path / name).symlink_to(ROOT / name)
     (tmp_path / "out").mkdir()
-    shell = tmp_path / "shell"
-    script = f'. "{ROOT}/env.sh"; declare -f ros2; declare -p _tri_glide_commands; true'
-    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
-    shell.write_text(done.stdout)
     monkeypatch.setenv("BASH_ENV", str(shell))
     return tmp_path
 

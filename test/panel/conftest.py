@@ -31,10 +31,12 @@ def context() -> Iterator[Context]:
 
 @pytest.fixture(scope="session")
 def server() -> Iterator[ViserServer]:
-    from mechanisms_rig import page_server
+    """Serve a page on this computer alone."""
+    from viser import ViserServer
 
-    with page_server() as server:
-        yield server
+    server = ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield server
+    server.stop()
 
 
 @pytest.fixture

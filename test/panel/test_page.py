@@ -1,8 +1,7 @@
 """The page's server: whom it lets in, and what it refuses."""
 
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 from urllib.error import HTTPError
@@ -20,6 +19,7 @@ from websockets.typing import Origin, Subprotocol
 
 from testing.page_attack import message as packed
 from testing.page_reader import CAMERA, messages_in
+from testing.waiting import wait_until
 from tri_glide_kinematics.panel.admission import UnguardedPageError, message_of
 from tri_glide_kinematics.panel.page import Page, PortTakenError
 
@@ -52,17 +52,10 @@ def _heard(socket: ClientConnection) -> list[dict[str, Any]]:
     return messages_in(socket.recv(TIMEOUT))
 
 
-def wait_for(condition: Callable[[], object]) -> None:
-    end = time.monotonic() + TIMEOUT
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
-
-
 def test_a_request_to_share_is_refused(page: Page, log: list[str]) -> None:
     with connected(page, page.origin) as socket:
         socket.send(SHARE_REQUEST)
-        wait_for(lambda: log)
+        wait_until(lambda: log)
     assert "refused to share" in log[0]
     assert page.server._share_tunnel is None
     assert page.server.request_share_url() is None
@@ -101,11 +94,11 @@ def test_the_address_becomes_one_without_the_token_that_a_cookie_opens(page: Pag
 def test_what_is_sent_while_a_page_falls_asleep_arrives(page: Page, to_all: bool) -> None:
     websocks = page.server._websock_server
     with connected(page, page.origin) as socket:
-        wait_for(lambda: websocks._client_state_from_id)
+        wait_until(lambda: websocks._client_state_from_id)
         (state,) = websocks._client_state_from_id.values()
         buffer = websocks._broadcast_buffer if to_all else state.message_buffer
         event = buffer.message_event
-        wait_for(lambda: event._waiters)
+        wait_until(lambda: event._waiters)
         enlist, is_forced = event._get_loop, threading.Event()
 
         def send(word: str) -> None:
@@ -164,8 +157,8 @@ def test_what_is_dropped_is_counted_in_a_line_a_second(page: Page, log: list[str
                 socket.send(message)
         # What a page may say is heard after it.
         socket.send(msgspec.msgpack.encode(CAMERA))
-        wait_for(page.server.get_clients)
-        wait_for(lambda: len(log) > 1)
+        wait_until(page.server.get_clients)
+        wait_until(lambda: len(log) > 1)
     assert all(len(line) < 200 and "\n" not in line for line in log)
     assert len(log) < 10
     counts = [int(line.split()[0]) for line in log if "more in the last second" in line]
@@ -178,9 +171,9 @@ def test_a_file_is_for_the_panel_and_not_for_viser(page: Page, log: list[str]) -
     part = {"source_component_uuid": "", "transfer_uuid": "k", "part_index": 0, "content": b"M2"}
     with connected(page, page.origin) as socket:
         socket.send(msgspec.msgpack.encode(CAMERA))
-        wait_for(page.server.get_clients)
+        wait_until(page.server.get_clients)
         socket.send(packed("FileTransferPart", **part))
-        wait_for(lambda: taken)
+        wait_until(lambda: taken)
         (number,) = page.server.get_clients()
         assert [told[0] for told in taken] == [number]
         # What a page has sent cannot become a script.
@@ -206,7 +199,7 @@ def test_a_page_of_another_viser_is_told(page: Page, log: list[str], capfd: Capt
         with pytest.raises(ConnectionClosed):
             socket.recv(TIMEOUT)
     assert socket.protocol.close_reason.startswith("Version mismatch. Client: 0.0.1, Server")
-    wait_for(lambda: log)
+    wait_until(lambda: log)
     assert "another viser" in log[0]
     assert capfd.readouterr() == ("", "")
 

@@ -10,6 +10,7 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 
 from testing.page_reader import PROTOCOL, connected
+from testing.waiting import wait_until
 from tri_glide_kinematics.panel.page import SILENT_PERIODS, Page
 
 PING_PERIOD = 0.1  # s
@@ -84,10 +85,7 @@ def test_the_silent_are_gone_soon_and_come_back_when_they_answer(page: Page, tol
 def test_who_was_held_up_itself_takes_nobody_for_gone(page: Page, told: Told) -> None:
     # Its answers come from a thread of its own.
     with connected(page.address):
-        end = time.monotonic() + TIMEOUT
-        while not page.server.get_clients():
-            assert time.monotonic() < end
-            time.sleep(0.01)
+        wait_until(page.server.get_clients, "the page")
         time.sleep(2.0 * PING_PERIOD)
         # Meanwhile the server hears nobody.
         page.server.get_event_loop().call_soon_threadsafe(time.sleep, SILENCE + PING_PERIOD)

@@ -1,12 +1,12 @@
 """Programs before they run: how they are drawn, and what is told of those that are wrong."""
 
 import itertools
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from testing.waiting import wait_until
 from tri_glide_kinematics.motion import SliderLimits
 from tri_glide_kinematics.panel.program_reading import (
     CHORD_ANGLE,
@@ -154,10 +154,7 @@ def test_a_process_reads_and_proves_and_can_be_ended(tmp_path: Path) -> None:
         ReadingProcess(reading(tmp_path, PART)),
     ]
     processes[-1].end()
-    end = time.monotonic() + 60.0
-    while any(process.answer is None for process in processes):
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    wait_until(lambda: all(process.answer is not None for process in processes), "answers", 0.01)
     drawn, check, ended = (process.answer for process in processes)
     assert isinstance(drawn, ReadProgram)
     assert drawn.points == pytest.approx(read(tmp_path, PART).points)
@@ -178,10 +175,8 @@ def test_how_far_the_work_is_grows_to_its_end(tmp_path: Path, *, is_check: bool)
     assert 0.7 < parts[-1] <= 1.0
     # The process tells it while it goes on, and a cancel ends it at once.
     process = ReadingProcess(reading(tmp_path, text.replace(b"M2\n", b"") * 40, is_check=is_check))
-    while not process.part:
-        assert process.answer is None
-        time.sleep(0.01)
+    wait_until(lambda: process.part or process.answer, "some of the work", 0.01)
+    assert process.answer is None
     process.end()
-    while process.answer is None:
-        time.sleep(0.01)
+    wait_until(lambda: process.answer, "its end", 0.01)
     assert isinstance(process.answer, NotRead)

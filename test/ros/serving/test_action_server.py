@@ -112,6 +112,7 @@ def test_each_end_has_its_status(desk, end):
     if end is GoalEnd.CANCELED:
         assert sent.cancel().return_code == CancelGoal.Response.ERROR_NONE
         assert desk.cancelled == desk.begun
+    others = [sent.ask_again() for _ in range(3)]
     desk.begun[0].end(end, "because")
     result = sent.result()
     expected = {
@@ -120,6 +121,9 @@ def test_each_end_has_its_status(desk, end):
     }
     assert sent.status == expected.get(end, GoalStatus.STATUS_ABORTED)
     assert result.text == "because"
+    # Whoever asks gets it.
+    desk.client.wait_for(lambda: all(other.done() for other in others), "all results")
+    assert {other.result().status for other in others} == {sent.status}
 
 
 def test_a_goal_that_has_ended_already_is_not_cancelled(desk):
