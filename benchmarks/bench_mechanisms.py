@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from benchmarks.harness import Figure, Missing, Work, compare, pinned_to_one_core
 from benchmarks.references import f_mechanism_sextic, four_bar_numpy, four_bar_pylinkage
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismPose
-from tri_glide_kinematics.mechanisms.four_bar import FourBar, FourBarSweep
+from tri_glide_kinematics.mechanisms.four_bar import FourBar
 
 LENGTHS = (2.0, 7.0, 9.0, 6.0)  # crank, coupler, rocker, ground [m]
 CRANK_VELOCITY = 10.0  # rad/s
@@ -49,27 +49,6 @@ def full_turn_pose(mechanism: FMechanism) -> FMechanismPose:
     return next(pose for pose in mechanism.poses(0.0) if mechanism.trace(0.0, pose).turns_fully)
 
 
-def sweep_with_angles(linkage: FourBar, angles: NDArray[np.float64]) -> FourBarSweep:
-    """Sweep, and ask for the angles of coupler and rocker too."""
-    sweep = linkage.sweep(angles, CRANK_VELOCITY)
-    for branch in (sweep.open, sweep.crossed):
-        _ = branch.coupler_angles, branch.rocker_angles
-    return sweep
-
-
-def numpy_sweep_with_angles(angles: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Likewise by the reference."""
-    crank, _, _, ground = LENGTHS
-    result = []
-    for branch in four_bar_numpy.sweep(LENGTHS, angles, CRANK_VELOCITY):
-        x, y = branch.pin_x, branch.pin_y
-        result += [
-            np.arctan2(y - crank * np.sin(angles), x - crank * np.cos(angles)),
-            np.arctan2(y, x - ground),
-        ]
-    return result
-
-
 def _four_bar() -> Iterator[Figure | Missing]:
     linkage = FourBar(*LENGTHS)
     angles = crank_angles(360)
@@ -93,13 +72,6 @@ def _four_bar() -> Iterator[Figure | Missing]:
         Work(linkage.sweep, many, CRANK_VELOCITY, items=len(many)),
         Work(four_bar_numpy.sweep, LENGTHS, many, CRANK_VELOCITY, items=len(many)),
         goal=0.5,
-        rounds=11,
-    )
-    yield compare(
-        "the same with the angles of coupler and rocker",
-        NUMPY_SWEEP,
-        Work(sweep_with_angles, linkage, many, items=len(many)),
-        Work(numpy_sweep_with_angles, many, items=len(many)),
         rounds=11,
     )
 
@@ -126,21 +98,11 @@ def _f_mechanism() -> Iterator[Figure]:
         goal=3.0,
     )
     angles = crank_angles(360)
-    start = full_turn_pose(mechanism)
-    what = "F-mechanism, the branch that turns fully followed, 360 points"
-    trace = Work(mechanism.trace, 0.0, start)
     yield compare(
-        what,
+        "F-mechanism, the branch that turns fully followed, 360 points",
         "360 calls of FMechanism.poses",
-        trace,
+        Work(mechanism.trace, 0.0, full_turn_pose(mechanism)),
         Work(lambda: [mechanism.poses(angle) for angle in angles]),
         goal=1.0,
-        rounds=11,
-    )
-    yield compare(
-        "the same",
-        "FMechanism.poses_batch of 360 angles",
-        trace,
-        Work(mechanism.poses_batch, angles),
         rounds=11,
     )
