@@ -12,12 +12,10 @@ from controller_rig import (
     engine,
 )
 
-from tri_glide_kinematics.control import Cause, CommandQueue, NewestTarget, Streams
+from tri_glide_kinematics.control import Cause, CommandQueue, NewestTarget, Reason, Streams
 from tri_glide_kinematics.motion import MotionKind, MotionPhase, NoRoomError
 from tri_glide_kinematics.motion.engine import Follow, GoalCode, Jog, Move, Track
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-
-RELEASED = Jog((0.0, 0.0, 0.0))
 
 
 def commands_at(heights, in_pieces=False, kind=MotionKind.SLIDER, newest=None):
@@ -108,3 +106,16 @@ def test_no_command_waits_for_a_plan_that_is_sooner_at_the_end_of_a_line():
             assert moving.preparing_goal
         else:
             assert moving.limits_pending or moving.speed_scale == 0.5
+
+
+def test_who_waits_is_not_told_of_a_newer_command_that_is_gone_in_time():
+    newest = NewestTarget(IN_POSITION)
+    commands, _ = commands_at(HOME, newest=newest)
+    first, second = Move(TARGET), Move((-0.05, 0.02, 0.25))
+    newest.take(first, Reason(Cause.COMMAND, "first"))
+    commands.put(second)
+    commands.next_cycle(0.0)
+    assert commands.withdraw(second) and not commands.withdraw(second)
+    for _ in range(5):
+        commands.next_cycle(0.0)
+    assert first.outcome is None
