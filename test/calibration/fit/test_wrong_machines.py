@@ -5,13 +5,7 @@ import pytest
 from scipy.stats import chi2
 from soak import some
 
-from testing.wrong_machines import (
-    NOMINAL,
-    REGION,
-    TOUCH,
-    WRONG_BY,
-    WrongMachine,
-)
+from testing.wrong_machines import NOMINAL, REGION, TOUCH, WRONG_BY, WrongMachine
 from tri_glide_kinematics.calibration.fit import Plate, Touch, calibrate
 
 GEOMETRY = NOMINAL.geometry
