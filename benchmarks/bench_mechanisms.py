@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.harness import Figure, Missing, Work, compare, pinned_to_one_core
+from benchmarks.machine import ROOT
 from benchmarks.references import f_mechanism_sextic, four_bar_numpy, four_bar_pylinkage
+from tri_glide_kinematics.mechanisms import load_mechanism
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismPose
 from tri_glide_kinematics.mechanisms.four_bar import FourBar
 
@@ -33,15 +35,9 @@ def crank_angles(count: int) -> NDArray[np.float64]:
 
 def example_2() -> FMechanism:
     """Return the second example of source 001, the one with a branch that turns fully."""
-    return FMechanism(
-        [[0.0, 0.0], [0.0525, 0.008], [0.040, 0.099]],
-        (0.019, 0.014, 0.016),
-        (0.035, 0.034, 0.054),
-        [[0.0, 0.0], [0.040, 0.018], [-0.007, 0.028]],
-        math.radians(243.0),
-        math.radians(-15.0),
-        counter_rotating=True,
-    )
+    mechanism = load_mechanism(ROOT / "config" / "f_mechanism_example_2.yaml").mechanism
+    assert isinstance(mechanism, FMechanism)
+    return mechanism
 
 
 def full_turn_pose(mechanism: FMechanism) -> FMechanismPose:
