@@ -7,9 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.harness import Figure, Missing, Work, compare, pinned_to_one_core
+from benchmarks.machine import ROOT
 from benchmarks.references import f_mechanism_sextic, four_bar_numpy, four_bar_pylinkage
+from tri_glide_kinematics.mechanisms import load_mechanism
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism, FMechanismPose
-from tri_glide_kinematics.mechanisms.four_bar import FourBar, FourBarSweep
+from tri_glide_kinematics.mechanisms.four_bar import FourBar
 
 LENGTHS = (2.0, 7.0, 9.0, 6.0)  # crank, coupler, rocker, ground [m]
 CRANK_VELOCITY = 10.0  # rad/s
@@ -33,41 +35,14 @@ def crank_angles(count: int) -> NDArray[np.float64]:
 
 def example_2() -> FMechanism:
     """Return the second example of source 001, the one with a branch that turns fully."""
-    return FMechanism(
-        [[0.0, 0.0], [0.0525, 0.008], [0.040, 0.099]],
-        (0.019, 0.014, 0.016),
-        (0.035, 0.034, 0.054),
-        [[0.0, 0.0], [0.040, 0.018], [-0.007, 0.028]],
-        math.radians(243.0),
-        math.radians(-15.0),
-        counter_rotating=True,
-    )
+    mechanism = load_mechanism(ROOT / "config" / "f_mechanism_example_2.yaml").mechanism
+    assert isinstance(mechanism, FMechanism)
+    return mechanism
 
 
 def full_turn_pose(mechanism: FMechanism) -> FMechanismPose:
     """Return the position at crank angle zero whose branch turns fully."""
     return next(pose for pose in mechanism.poses(0.0) if mechanism.trace(0.0, pose).turns_fully)
-
-
-def sweep_with_angles(linkage: FourBar, angles: NDArray[np.float64]) -> FourBarSweep:
-    """Sweep, and ask for the angles of coupler and rocker too."""
-    sweep = linkage.sweep(angles, CRANK_VELOCITY)
-    for branch in (sweep.open, sweep.crossed):
-        _ = branch.coupler_angles, branch.rocker_angles
-    return sweep
-
-
-def numpy_sweep_with_angles(angles: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Likewise by the reference."""
-    crank, _, _, ground = LENGTHS
-    result = []
-    for branch in four_bar_numpy.sweep(LENGTHS, angles, CRANK_VELOCITY):
-        x, y = branch.pin_x, branch.pin_y
-        result += [
-            np.arctan2(y - crank * np.sin(angles), x - crank * np.cos(angles)),
-            np.arctan2(y, x - ground),
-        ]
-    return result
 
 
 def _four_bar() -> Iterator[Figure | Missing]:
@@ -95,13 +70,6 @@ def _four_bar() -> Iterator[Figure | Missing]:
         goal=0.5,
         rounds=11,
     )
-    yield compare(
-        "the same with the angles of coupler and rocker",
-        NUMPY_SWEEP,
-        Work(sweep_with_angles, linkage, many, items=len(many)),
-        Work(numpy_sweep_with_angles, many, items=len(many)),
-        rounds=11,
-    )
 
 
 def _f_mechanism() -> Iterator[Figure]:
@@ -126,21 +94,11 @@ def _f_mechanism() -> Iterator[Figure]:
         goal=3.0,
     )
     angles = crank_angles(360)
-    start = full_turn_pose(mechanism)
-    what = "F-mechanism, the branch that turns fully followed, 360 points"
-    trace = Work(mechanism.trace, 0.0, start)
     yield compare(
-        what,
+        "F-mechanism, the branch that turns fully followed, 360 points",
         "360 calls of FMechanism.poses",
-        trace,
+        Work(mechanism.trace, 0.0, full_turn_pose(mechanism)),
         Work(lambda: [mechanism.poses(angle) for angle in angles]),
         goal=1.0,
-        rounds=11,
-    )
-    yield compare(
-        "the same",
-        "FMechanism.poses_batch of 360 angles",
-        trace,
-        Work(mechanism.poses_batch, angles),
         rounds=11,
     )

@@ -38,12 +38,6 @@ def figures() -> Iterator[Figure]:
                 Work(_bare_step()),
                 goal,
             )
-            yield compare(
-                "the same",
-                "Ruckig.update and pass_to_input, results read",
-                Work(engine.step, PERIOD),
-                Work(_bare_step(read=True)),
-            )
             shaped = engine_at(START, SLOW_LIMITS, kind)
             shaped.set_shaper(SHAPER)
             shaped.move_to(END)
@@ -85,12 +79,8 @@ def _bare_input(limits: SliderLimits) -> InputParameter:
     return given
 
 
-def _bare_step(*, read: bool = False) -> Callable[[], object]:
-    """Return one step of the same motion by ruckig alone.
-
-    Args:
-        read: whether position, velocity and acceleration are asked for, as our step returns them.
-    """
+def _bare_step() -> Callable[[], None]:
+    """Return one step of the same motion by ruckig alone."""
     generator, result = Ruckig(3, PERIOD), OutputParameter(3)
     given = _bare_input(SLOW_LIMITS)
     update, pass_to_input = generator.update, result.pass_to_input
@@ -99,12 +89,7 @@ def _bare_step(*, read: bool = False) -> Callable[[], object]:
         update(given, result)
         pass_to_input(given)
 
-    def step_and_read() -> object:
-        update(given, result)
-        pass_to_input(given)
-        return result.new_position, result.new_velocity, result.new_acceleration
-
-    return step_and_read if read else step
+    return step
 
 
 def _bare_plan() -> Callable[[], None]:

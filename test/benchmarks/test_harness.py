@@ -5,8 +5,8 @@ from itertools import count
 
 import pytest
 
-from benchmarks.harness import Figure, Missing, Ratio, Work, compare, figure
-from benchmarks.table import HEAD, as_markdown, cells, in_seconds
+from benchmarks.harness import Figure, Ratio, Work, compare, figure
+from benchmarks.table import cells, in_seconds
 
 
 def test_ratio_is_of_the_times_of_one_round():
@@ -86,13 +86,3 @@ def test_times_are_per_item(monkeypatch):
 )
 def test_times_have_three_digits_and_a_unit(time, text):
     assert in_seconds(time) == text
-
-
-def test_what_could_not_be_measured_stands_in_the_table():
-    table = as_markdown([Missing("sweep", "pylinkage is not installed")])
-    lines = table.splitlines()
-    assert len(lines) == 3
-    assert all(line.count("|") == len(HEAD) + 1 for line in lines)
-    assert len({len(line) for line in lines}) == 1
-    assert "pylinkage is not installed" in table
-    assert "not measured" in table

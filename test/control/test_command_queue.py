@@ -14,10 +14,8 @@ from controller_rig import (
 
 from tri_glide_kinematics.control import Cause, CommandQueue, NewestTarget, Reason, Streams
 from tri_glide_kinematics.motion import MotionKind, MotionPhase, NoRoomError
-from tri_glide_kinematics.motion.engine import Follow, GoalCode, Jog, Move, Outcome, Track
+from tri_glide_kinematics.motion.engine import Follow, GoalCode, Jog, Move, Track
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-
-RELEASED = Jog((0.0, 0.0, 0.0))
 
 
 def commands_at(heights, in_pieces=False, kind=MotionKind.SLIDER, newest=None):
@@ -27,37 +25,11 @@ def commands_at(heights, in_pieces=False, kind=MotionKind.SLIDER, newest=None):
     return CommandQueue(moving, PERIOD, streams, newest or NewestTarget(IN_POSITION)), moving
 
 
-def test_a_target_waits_while_limits_have_their_turn():
-    commands, moving = commands_at(HOME)
-    commands.put_limits(LIMITS, 0.5, 1.0)
-    assert commands.carry_out(moving=False) is None
-    target = Move(TARGET)
-    commands.put(target)
-    assert commands.carry_out(moving=False) is None
-    assert commands.target is target
-    commands.step()
-    commands.next_cycle(0.0)
-    done = commands.carry_out(moving=False)
-    assert done is not None and done.command is target
-    assert moving.target == TARGET and moving.speed_scale == 0.5
-
-
 def test_the_same_limits_again_take_no_turn():
     commands, _ = commands_at(HOME)
     commands.put_limits(LIMITS, 1.0, 1.0)
     commands.put(Move(TARGET))
     assert commands.carry_out(moving=False) is not None
-
-
-def test_only_a_waiting_twist_is_dropped_with_twists():
-    commands, _ = commands_at(HOME)
-    target = Move(TARGET)
-    commands.put(target)
-    commands.drop_stream(RELEASED)
-    assert commands.target is target
-    commands.put(Jog((0.0, 0.0, 0.1), received=0.0))
-    commands.drop_stream(RELEASED)
-    assert commands.target is None
 
 
 def test_a_jog_without_room_is_held_and_a_move_goes_on():
@@ -134,22 +106,6 @@ def test_no_command_waits_for_a_plan_that_is_sooner_at_the_end_of_a_line():
             assert moving.preparing_goal
         else:
             assert moving.limits_pending or moving.speed_scale == 0.5
-
-
-def test_who_waits_is_told_of_a_newer_command_after_two_cycles_even_if_that_is_planned():
-    newest = NewestTarget(IN_POSITION)
-    commands, _ = commands_at(HOME, newest=newest)
-    first, second, third = Move(TARGET), Move((0.0, 0.0, 0.3)), Move((-0.05, 0.02, 0.25))
-    newest.take(first, Reason(Cause.COMMAND, "first"))
-    commands.put(second)
-    commands.next_cycle(0.0)
-    assert first.outcome is None
-    # The older one that waits cannot come back, so it ends now.
-    commands.put(third)
-    assert second.outcome == Outcome(GoalCode.SUPERSEDED, f"superseded by {third}")
-    commands.next_cycle(0.0)
-    assert first.outcome == Outcome(GoalCode.SUPERSEDED, f"superseded by {third}")
-    assert third.outcome is None
 
 
 def test_who_waits_is_not_told_of_a_newer_command_that_is_gone_in_time():

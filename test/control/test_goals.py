@@ -164,7 +164,8 @@ def test_a_command_that_comes_in_the_stop_of_a_cancelled_goal_is_taken(rig):
     rig.controller.cancel(goal)
     rig.cycle(2)
     newer = pursue(rig, OTHER)
-    assert ended(rig, goal, most=100).code is GoalCode.CANCELED
+    code, text = ended(rig, goal, most=100)
+    assert (code, text) == (GoalCode.CANCELED, f"cancelled: {goal}; then came {newer}")
     assert ended(rig, newer).code is GoalCode.SUCCEEDED
 
 

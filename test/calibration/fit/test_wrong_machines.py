@@ -5,23 +5,10 @@ import pytest
 from scipy.stats import chi2
 from soak import some
 
-from testing.wrong_machines import (
-    DISTANCE,
-    IN_RINGS,
-    NOMINAL,
-    PLACES,
-    RADIUS,
-    REGION,
-    TOUCH,
-    WRONG_BY,
-    WrongMachine,
-    ring,
-)
-from tri_glide_kinematics.calibration.fit import Plate, Touch, calibrate, position_derivatives
+from testing.wrong_machines import NOMINAL, REGION, TOUCH, WRONG_BY, WrongMachine
+from tri_glide_kinematics.calibration.fit import Plate, Touch, calibrate
 
 GEOMETRY = NOMINAL.geometry
-# Of the largest error along z, as a search for the best places found it, from many starts [m].
-LEAST = 12.37e-6
 FREE = {"shifting along x", "shifting along y", "turning about z"}
 
 
@@ -67,46 +54,3 @@ def test_touches_alone_name_what_is_free_and_do_no_harm(plate):
             before, after = (each - (0.0, 0.0, each[:, 2].mean()) for each in (before, after))
         better += np.square(after).sum() <= np.square(before).sum()
     assert better >= 0.95 * count
-
-
-def heights_by_machine(places):
-    """How heights at places change with the machine, by its priors. Shape (n, 12)."""
-    level = np.column_stack((np.asarray(places)[:, :2], np.zeros(len(places))))
-    return position_derivatives(NOMINAL.vector, level)[:, 2] * WRONG_BY.deviations()
-
-
-def median(places):
-    """The median of the largest error of a height over the disc, in the linear model [m]."""
-    draws = np.random.default_rng(7).standard_normal((20_000, 12))
-    ends = position_derivatives(NOMINAL.vector, np.array([(-RADIUS, 0, 0), (RADIUS, 0, 0)]))[:, 0]
-    length = (ends[1] - ends[0]) * WRONG_BY.deviations() / DISTANCE
-    touched = heights_by_machine(places) / TOUCH
-    # With information = L L^T, the inverse of L^T turns draws into errors of the machine.
-    factor = np.linalg.cholesky(np.eye(12) + np.outer(length, length) + touched.T @ touched)
-    errors = draws @ np.linalg.solve(factor, heights_by_machine(REGION.places).T)
-    return float(np.median(np.abs(errors).max(axis=1)))
-
-
-@pytest.mark.parametrize("places", [PLACES, IN_RINGS])
-def test_largest_errors_are_those_of_calibrations(places):
-    """In the linear model, as large as what is left of machines that were calibrated."""
-    rng = np.random.default_rng(5)
-    found = []
-    for _ in range(len(some(range(60), 30))):
-        machine = WrongMachine.random(rng)
-        touches, distances = machine.touches(rng, places), machine.one_distance(rng)
-        result = calibrate(GEOMETRY, touches, (), distances, WRONG_BY)
-        found.append(np.abs(machine.errors(result.machine)[:, 2]).max())
-    # Two standard deviations of the median of so many.
-    rel = 0.15 * np.sqrt(60 / len(found))
-    assert np.median(found) == pytest.approx(median(places), rel=rel)
-
-
-def test_places_in_the_middle_and_on_the_rim_are_as_good_as_any():
-    """No estimate has a smaller median (Anderson), so only the places are left to choose."""
-    assert median(PLACES) == pytest.approx(LEAST, rel=0.01)
-    assert median(PLACES) > 1e-5
-    rng = np.random.default_rng(6)
-    for count in range(6):
-        inside = rng.uniform(0.0, 0.9 * RADIUS)
-        assert median([*ring(inside, count), *ring(RADIUS, 13 - count)]) > 0.99 * LEAST

@@ -1,4 +1,4 @@
-"""Real roots of a trigonometric polynomial: those of the same polynomial in powers of z."""
+"""Roots of a trigonometric polynomial that nearly coincide, or lie at half a turn."""
 
 import math
 
@@ -7,40 +7,8 @@ import pytest
 
 from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
     Cubic,
-    evaluate,
     real_roots,
-    row_roots,
 )
-
-
-def random_cubic(rng):
-    """Coefficients of which none is far above the others."""
-    real, imaginary = rng.normal(size=(2, 3)).tolist()
-    return Cubic(float(rng.normal()), *(complex(x, y) for x, y in zip(real, imaginary)))
-
-
-def roots_of_powers(polynomial):
-    """Angles of the roots on the unit circle, by the companion matrix of z^3 times F."""
-    half = [0.5 * coefficient for coefficient in polynomial[1:]]
-    powers = [*reversed(half), polynomial.constant, *(number.conjugate() for number in half)]
-    roots = np.roots(powers)
-    return sorted(np.angle(roots[abs(abs(roots) - 1.0) < 1e-7]).tolist())
-
-
-def test_every_root_is_found_once():
-    rng = np.random.default_rng(1)
-    for _ in range(200):
-        polynomial = random_cubic(rng)
-        assert real_roots(polynomial, 1e-14) == pytest.approx(roots_of_powers(polynomial), abs=1e-9)
-
-
-def test_many_polynomials_have_the_roots_of_each():
-    rng = np.random.default_rng(2)
-    polynomials = [random_cubic(rng) for _ in range(300)]
-    row, angle = row_roots(Cubic(*(np.array(part) for part in zip(*polynomials))))
-    for index, polynomial in enumerate(polynomials):
-        single = real_roots(polynomial, 1e-14)
-        assert angle[row == index] == pytest.approx(single, abs=1e-9)
 
 
 @pytest.mark.parametrize("place", [-3.0, -math.pi / 2.0, 0.0, 1.0, math.pi])
@@ -68,13 +36,3 @@ def test_roots_beside_half_a_turn_are_within_it():
             roots = real_roots(polynomial, 1e-15)
             assert len(roots) == 2
             assert all(abs(root) <= math.pi for root in roots)
-
-
-def test_values_and_derivatives_are_differences_of_each_other():
-    rng = np.random.default_rng(3)
-    step = 1e-5
-    for _ in range(20):
-        polynomial, angle = random_cubic(rng), float(rng.uniform(-3.0, 3.0))
-        before, at, after = (evaluate(polynomial, angle + offset) for offset in (-step, 0.0, step))
-        assert (after[0] - before[0]) / (2.0 * step) == pytest.approx(at[1], abs=1e-7)
-        assert (after[1] - before[1]) / (2.0 * step) == pytest.approx(at[2], abs=1e-7)

@@ -19,8 +19,6 @@ from soak import many, seed
 from benchmarks.references.f_mechanism_count import count_positions
 from tri_glide_kinematics.errors import OutOfBoundsError
 from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
-from tri_glide_kinematics.mechanisms.f_mechanism.positions import exact_positions, positions
-from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import pins_at
 
 RATIOS = (1.0, 5.0, 12.0, 20.0, 40.0, 100.0, 300.0, 1000.0)
 CLOSED = 1e-12  # largest residual, relative to the size
@@ -207,17 +205,3 @@ def test_no_crank_angles():
     batch = example_2().poses_batch([])
     assert batch.angle.shape == (0, 6)
     assert batch.platform_joints().shape == (0, 6, 3, 2)
-
-
-def test_whole_numbers_and_floating_point_numbers_find_the_same():
-    rng = np.random.default_rng(5)
-    for mechanism in (example_2(), *(random_mechanism(rng) for _ in range(20))):
-        linkage = mechanism.linkage
-        for crank_angle in rng.uniform(0.0, math.tau, 5):
-            pins = pins_at(linkage, linkage.crank_angles(crank_angle))
-            single = positions(linkage, pins, crank_angle)
-            whole = exact_positions(linkage, pins)
-            assert len(single) == len(whole)
-            for position in single:
-                assert min(abs(position.z - other.z) for other in whole) < 1e-11
-                assert min(abs(position.v - other.v) for other in whole) < 1e-10 * mechanism.size

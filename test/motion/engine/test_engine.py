@@ -124,18 +124,6 @@ def test_linear_moves_are_straight_and_slider_moves_straight_in_the_sliders():
 
 
 @each_kind
-def test_setpoints_hold_velocities_and_accelerations_of_the_heights(kind):
-    moving = engine(kind)
-    moving.move_to(TARGET)
-    states = [moving.step(1e-4) for _ in range(2000)]
-    heights, velocities, accelerations = (np.array(values) for values in zip(*states))
-    rates = (heights[2:] - heights[:-2]) / 2e-4
-    assert np.abs(rates - velocities[1:-1]).max() < 1e-5
-    rates = (velocities[2:] - velocities[:-2]) / 2e-4
-    assert np.abs(rates - accelerations[1:-1]).max() < 0.02
-
-
-@each_kind
 def test_same_target_again_changes_nothing(kind):
     once, often = engine(kind), engine(kind)
     once.move_to(TARGET)

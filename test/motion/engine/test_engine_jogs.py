@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from motion_machine import (
     DT,
-    HOME,
     MACHINE,
     TARGET,
     WORKSPACE,
@@ -33,19 +32,6 @@ def test_new_target_in_mid_motion_does_not_stop_in_between(kind):
     speeds = np.linalg.norm(np.diff(moving.heights_since(), axis=0), axis=1) / DT
     assert speeds[60:-60].min() > 0.05
     assert_rests_at(moving, (0.12, 0.1, 0.45), near=1e-7)
-
-
-@each_kind
-def test_jog_goes_in_its_direction_at_its_speed(kind):
-    moving = engine(kind)
-    moving.jog((0.06, -0.03, 0.02))
-    assert moving.phase is MotionPhase.JOGGING
-    run(moving, 0.4)
-    assert np.allclose(platform_velocity(moving), (0.06, -0.03, 0.02), rtol=2e-3)
-    moving.jog((0.0, 0.05, -0.05))
-    assert moving.target is None
-    run(moving, 0.5)
-    assert np.allclose(platform_velocity(moving), (0.0, 0.05, -0.05), atol=1e-4)
 
 
 @each_kind
@@ -123,13 +109,6 @@ def test_stop_is_a_ramp_that_is_soon_over(kind):
         assert moving.time_to_rest <= held
         assert len(run_to_rest(moving)) * DT < 0.3
         assert moving.kept_limits
-
-
-def test_stop_at_rest_is_nothing():
-    resting = engine()
-    resting.stop()
-    assert resting.phase is MotionPhase.IDLE
-    assert resting.step(DT).heights == HOME
 
 
 @each_kind

@@ -230,18 +230,6 @@ def test_a_new_start_forgets_what_was_driven():
     assert np.abs(run(moving, 0.1) - HOME).max() < 1e-12
 
 
-@each_kind
-def test_a_jog_in_another_direction_is_calm(kind):
-    moving = shaped(kind)
-    for velocity in ((0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (-0.1, 0.0, 0.1)):
-        moving.jog(velocity)
-        run(moving, 0.25)
-        assert moving.phase is MotionPhase.JOGGING
-    moving.stop()
-    run_to_rest(moving)
-    assert moving.kept_limits
-
-
 @pytest.mark.parametrize(
     ("start", "end"),
     [((0.16, 0.08, 0.4), (-0.01, -0.03, 0.31)), ((0.14, 0.07, 0.33), (-0.1, -0.04, 0.27))],

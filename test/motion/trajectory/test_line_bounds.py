@@ -94,17 +94,6 @@ def test_slower_by_the_slowdown_just_keeps_the_limits():
         assert 1.0 < caught.value.slowdown <= 1.0 / 0.999 + 1e-9
 
 
-def test_only_what_is_left_of_a_plan_is_checked():
-    plan = next(plans(1, 5, blended=False))
-    half = SliderLimits(tuple(0.5 * v for v in LIMITS.velocity), LIMITS.acceleration, LIMITS.jerk)
-    with pytest.raises(SliderLimitError, match="velocity"):
-        plan.check_limits(half)
-    times = np.linspace(0.0, plan.duration, 1001)
-    slow = np.abs(plan.sample(times).velocities) <= 0.45 * np.array(LIMITS.velocity)
-    since = times[np.flatnonzero(~slow.all(axis=1)).max() + 25]
-    plan.check_limits(half, float(since))
-
-
 def test_nan_is_never_inside_the_limits():
     line = StraightLine.between(DEFAULT_GEOMETRY, (0.0, 0.0, 0.3), (0.1, 0.0, 0.3))
     scaling = TimeScaling(*np.array(([0.0, 1.0], [0.0, 0.1], [0.0, np.nan], [0.0, 0.0])))
