@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cmath
 import functools
-import itertools
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -185,9 +184,10 @@ def poses_at(linkage: Linkage, crank_angle: float) -> tuple[FMechanismPose, ...]
 
 def _order(size: float, pose: FMechanismPose, other: FMechanismPose) -> int:
     """Below zero if a pose comes before another one: by angle, and by place where that is equal."""
-    differences = [(pose.angle - other.angle, _EQUAL_ANGLES)]
-    differences += [(p - q, _EQUAL_PLACES * size) for p, q in zip(pose.position, other.position)]
-    return next((1 if d > 0.0 else -1 for d, equal in differences if abs(d) > equal), 0)
+    place = _EQUAL_PLACES * size
+    pairs = zip((pose.angle, *pose.position), (other.angle, *other.position))
+    differences = zip(pairs, (_EQUAL_ANGLES, place, place))
+    return next((1 if p > q else -1 for (p, q), equal in differences if abs(p - q) > equal), 0)
 
 
 def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Position]:
@@ -210,13 +210,12 @@ def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Pos
         return exact_positions(linkage, pins)
     found: list[Position] = []
     largest_gap = RESIDUAL * linkage.size * min(linkage.rods)
-    ends = [*roots[-1:], *roots, *roots[:1]]
-    steps = [(after - before) % math.tau for before, after in itertools.pairwise(ends)]
-    for angle, apart in zip(roots, map(min, steps, steps[1:])):
+    steps = [(after - before) % math.tau for before, after in zip(roots[-1:] + roots, roots)]
+    for angle in roots:
         z = direction(angle)
         v, sure = _rod_vector(linkage, pins, condition, z)
         position = refined(linkage, pins, position_of(linkage, pins, z, v), 3)
-        sure &= abs(position.z - z) <= LONGEST_CORRECTION * apart
+        sure &= abs(position.z - z) <= LONGEST_CORRECTION * min(steps)
         if not (sure and position.gap <= largest_gap):
             return exact_positions(linkage, pins)
         found.append(position)
