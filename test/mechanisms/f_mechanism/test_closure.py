@@ -43,6 +43,14 @@ def test_many_polynomials_have_the_roots_of_each():
         assert angle[row == index] == pytest.approx(single, abs=1e-9)
 
 
+def test_polynomials_that_vanish_or_nearly_so_have_no_simple_roots():
+    # Each halving of the intervals would leave twice as many.
+    zero, rest = np.zeros(3), np.array([0.0, 1e-300, 0.0]) + 0j
+    row, angle = row_roots(Cubic(zero, rest, 0.0 * rest, 0.0 * rest))
+    assert row.tolist() == [1, 1]
+    assert angle == pytest.approx([-0.5 * math.pi, 0.5 * math.pi])
+
+
 @pytest.mark.parametrize("place", [-3.0, -math.pi / 2.0, 0.0, 1.0, math.pi])
 def test_a_polynomial_that_touches_zero_is_left_to_whole_numbers(place):
     # 1 - cos(phi - place), which is zero at its minimum only.

@@ -270,16 +270,17 @@ def real_roots(polynomial: Cubic, tolerance: float) -> list[float] | None:
     for z in np.linalg.eigvals(companion).tolist():
         size = abs(z)
         if abs(size - 1.0) < _NEAR_CIRCLE:
-            roots.append(_improved(polynomial, z / size))
+            # A step of Newton's method, as eigenvalues beside each other have a larger error.
+            value, slope, _ = derivatives(polynomial, z / size)
+            step = value / slope if slope else 0.0
+            roots.append(math.remainder(cmath.phase(z) - step, math.tau))
         elif size > 1.0:
             # The roots beside the circle are pairs in one direction, inside and outside.
             beside.append(_value(polynomial, z / size))
     roots.sort()
     ends = [*roots[1:], *(root + math.tau for root in roots[:1])]
-    between = [
-        _value(polynomial, cmath.rect(1.0, 0.5 * (left + right)))
-        for left, right in zip(roots, ends)
-    ]
+    middles = (cmath.rect(1.0, 0.5 * (left + right)) for left, right in zip(roots, ends))
+    between = [_value(polynomial, middle) for middle in middles]
     if min(map(abs, between + beside), default=math.inf) <= _TOUCHING * tolerance:
         return None
     signs = [value > 0.0 for value in between]
@@ -291,16 +292,6 @@ def _value(polynomial: Cubic, z: complex) -> float:
     constant, first, second, third = polynomial
     value: float = constant + (z * (first + z * (second + z * third))).real
     return value
-
-
-def _improved(polynomial: Cubic, z: complex) -> float:
-    """Angle of the root at ``z`` [rad].
-
-    By one step of Newton's method: eigenvalues beside each other have a larger error.
-    """
-    value, slope, _ = derivatives(polynomial, z)
-    angle = cmath.phase(z)
-    return math.remainder(angle - value / slope, math.tau) if slope else angle
 
 
 # Real roots of many polynomials at once, on flat arrays with one entry a root.
@@ -367,6 +358,9 @@ def _isolated_roots(
         single, unclear = _judge(_rows(polynomial, row), start, end, width, tolerance[row])
         ends = start[0, single], end[0, single]
         found.append((row[single], low[single], low[single] + width, *ends))
+        # Where F nearly vanishes on a stretch, halving makes ever more of them.
+        special |= np.bincount(row[unclear], minlength=len(special)) > CELLS
+        unclear &= ~special[row]
         row, low, start, end = row[unclear], low[unclear], start[:, unclear], end[:, unclear]
         if not row.size:
             break
