@@ -123,6 +123,7 @@ class FMechanismPoses:
         velocity: of the origin, shape (n, 6, 2) [m/rad].
         residual: largest deviation of a rod length, shape (n, 6) [m].
         singularity: as in FMechanismPose, shape (n, 6).
+        double: likewise, shape (n, 6).
         self_motion: rows in which the platform can move with the cranks at rest, so that there is
             no finite number of positions; their count is 0. Shape (n,).
         linkage: dimensions of the mechanism.
@@ -136,8 +137,15 @@ class FMechanismPoses:
     velocity: FloatArray
     residual: FloatArray
     singularity: FloatArray
+    double: NDArray[np.bool_]
     self_motion: NDArray[np.bool_]
     linkage: Linkage
+
+    def pose(self, row: int, slot: int) -> FMechanismPose:
+        """One position by itself."""
+        columns = self.angle, self.position, self.double
+        angle, position, double = (column[row, slot].tolist() for column in columns)
+        return pose_at(self.linkage, float(self.crank_angles[row]), angle, position, double)
 
     def platform_joints(self) -> FloatArray:
         """A2, B2, C2 in the fixed frame, shape (n, 6, 3, 2) [m]."""
@@ -277,6 +285,15 @@ def _assembles_somewhere(linkage: Linkage, pins: CrankPins, condition: Closure) 
     return bool(np.any(reached))
 
 
+def pose_at(
+    linkage: Linkage, crank_angle: float, angle: float, origin: Point, double: bool = False
+) -> FMechanismPose:
+    """One position by its platform angle [rad] and the origin of the platform frame [m]."""
+    pins, z = pins_at(linkage, linkage.crank_angles(crank_angle)), direction(angle)
+    v = complex(*origin) + z * linkage.joints[0] - pins.a
+    return pose_of(linkage, pins, crank_angle, position_of(linkage, pins, z, v, double))
+
+
 def pose_of(
     linkage: Linkage, pins: CrankPins, crank_angle: float, position: Position
 ) -> FMechanismPose:
@@ -320,6 +337,7 @@ def solve_batch(linkage: Linkage, crank_angles: FloatArray) -> FMechanismPoses:
     result = FMechanismPoses(
         crank_angles=crank_angles,
         counts=np.zeros(n, dtype=np.int64),
+        double=np.zeros((n, 6), dtype=np.bool_),
         self_motion=np.zeros(n, dtype=np.bool_),
         linkage=linkage,
         **{name: np.full(shape, np.nan) for name, shape in shapes.items()},
@@ -372,7 +390,7 @@ def _solve_row(linkage: Linkage, result: FMechanismPoses, row: int) -> None:
         return
     result.counts[row] = len(poses)
     for slot, pose in enumerate(poses):
-        for name in _COLUMNS:
+        for name in (*_COLUMNS, "double"):
             getattr(result, name)[row, slot] = getattr(pose, name)
 
 
