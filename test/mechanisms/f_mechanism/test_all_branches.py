@@ -9,7 +9,8 @@ from soak import many
 from strategies import nudged
 
 from tri_glide_kinematics.errors import OutOfBoundsError
-from tri_glide_kinematics.mechanisms.f_mechanism import FMechanism
+from tri_glide_kinematics.mechanisms.f_mechanism import EventKind, FMechanism
+from tri_glide_kinematics.mechanisms.f_mechanism.curve import Curve
 
 TURNING_DEGREES = (135.044103675325, 169.594134356109, 250.222852740651, 294.188939730997)
 
@@ -138,6 +139,66 @@ def test_parallel_crank_mechanism_is_said_to_move_by_itself():
     overview = mechanism.overview(36)
     assert np.all(overview.self_motion)
     assert overview.branches == ()
+
+
+@pytest.fixture
+def frames(monkeypatch):
+    """All frames that are computed, one for each arc that is followed."""
+    computed = []
+    frame = Curve.frame
+
+    def counted(*arguments):
+        computed.append(frame(*arguments))
+        return computed[-1]
+
+    monkeypatch.setattr(Curve, "frame", counted)
+    return computed
+
+
+def nearly_parallelograms(change):
+    """Equal cranks and rods, and a platform that is the base but for one place [m]."""
+    base = np.array([[0.0, 0.0], [2.0, 0.5], [0.7, 1.8]])
+    platform = [*base[:2], base[2] + [change, 0.5 * change]]
+    return FMechanism(base, [0.5] * 3, [1.3] * 3, platform)
+
+
+@pytest.mark.parametrize("change", [1e-9, 1e-6])
+def test_overview_is_bounded_beside_a_self_motion(change, frames):
+    # Two branches are like any other. The four others are one but for the change: to follow them
+    # would take a million arcs.
+    overview = nearly_parallelograms(change).overview(24)
+    assert overview.counts.tolist() == [6] * 24
+    assert overview.fully_turning == (0, 1)
+    assert len(overview.branches) == 2
+    assert len(overview.singular_poses) == 4 * 24
+    assert max(abs(pose.singularity) for pose in overview.singular_poses) < 1e-4
+    assert len(frames) < 12_000
+
+
+def test_branches_farther_from_a_self_motion_are_followed():
+    overview = nearly_parallelograms(1e-3).overview(24)
+    assert len(overview.branches) == 6
+    assert all(branch.closed for branch in overview.branches)
+    assert overview.singular_poses == ()
+
+
+def test_overview_is_bounded_where_a_branch_passes_a_self_motion(frames):
+    # At crank angle zero the pins are congruent to the platform, but for 1e-9.
+    base, cranks = np.array([[0.0, 0.0], [2.0, 0.5], [0.7, 1.8]]), np.array([0.3, 0.5, 0.4])
+    platform = base + np.stack([cranks, [1e-9, 0.0, 0.0]], axis=1)
+    mechanism = FMechanism(base, cranks, [1.3] * 3, platform)
+    overview = mechanism.overview(24)
+    ends = {branch.events[-1].kind for branch in overview.branches if not branch.closed}
+    assert ends == {EventKind.SINGULAR}
+    assert all(abs(pose.crank_angle) < 1e-9 for pose in overview.singular_poses)
+    assert len(frames) < 15_000
+
+
+def test_overview_of_redundant_rods():
+    # A and C are one crank with one rod, so that the condition vanishes, and so does its slope.
+    base, platform = [[0.0, 0.0], [2.0, 0.5], [0.0, 0.0]], [[0.0, 0.0], [0.6, 0.2], [0.0, 0.0]]
+    overview = FMechanism(base, (0.3, 0.4, 0.3), (1.2, 1.3, 1.2), platform).overview(24)
+    assert np.all(overview.self_motion)
 
 
 def test_mechanism_that_never_closes():

@@ -8,7 +8,16 @@ import pytest
 from tri_glide_kinematics.mechanisms.f_mechanism.closure import (
     Cubic,
     real_roots,
+    row_roots,
 )
+
+
+def test_polynomials_that_vanish_or_nearly_so_have_no_simple_roots():
+    # Each halving of the intervals would leave twice as many.
+    zero, rest = np.zeros(3), np.array([0.0, 1e-300, 0.0]) + 0j
+    row, angle = row_roots(Cubic(zero, rest, 0.0 * rest, 0.0 * rest))
+    assert row.tolist() == [1, 1]
+    assert angle == pytest.approx([-0.5 * math.pi, 0.5 * math.pi])
 
 
 @pytest.mark.parametrize("place", [-3.0, -math.pi / 2.0, 0.0, 1.0, math.pi])

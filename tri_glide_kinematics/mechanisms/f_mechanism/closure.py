@@ -117,7 +117,8 @@ def closure(linkage: Linkage, pins: CrankPins) -> Closure:
     """
     unit = linkage.unit
     d_b, d_c = unit * linkage.platform_b, unit * linkage.platform_c
-    square_a, square_b, square_c = ((unit * rod) ** 2 for rod in linkage.rods)
+    rod_a, rod_b, rod_c = (unit * rod for rod in linkage.rods)
+    square_a, square_b, square_c = rod_a * rod_a, rod_b * rod_b, rod_c * rod_c
     s_b, s_c = square_b - square_a, square_c - square_a
     e_b, e_c = unit * (pins.b - pins.a), unit * (pins.c - pins.a)
     bar_b, bar_c = e_b.conjugate(), e_c.conjugate()
@@ -155,7 +156,6 @@ def closure(linkage: Linkage, pins: CrankPins) -> Closure:
         + square_a * reach_d
     )
     # In positions |m_k| <= l_a |w_k| and |w_k| <= l_a + l_k.
-    rod_a, rod_b, rod_c = (unit * rod for rod in linkage.rods)
     terms = (rod_a * (rod_a + rod_b) * (rod_a + rod_c)) ** 2
     noisy = ROUNDING_ERROR * scale > _NOISE * terms
     return Closure(polynomial, scale, noisy, Linear(b0, b1), Linear(c0, c1), Linear(d0, d1))
@@ -266,18 +266,25 @@ def real_roots(polynomial: Cubic, tolerance: float) -> list[float] | None:
     powers = [*upper, polynomial[0], *(number.conjugate() for number in upper[::-1])]
     companion = _COMPANION[: len(powers) - 1, : len(powers) - 1].copy()
     companion[0] = [-power / powers[0] for power in powers[1:]]
-    found = np.linalg.eigvals(companion).tolist()
-    near = (cmath.phase(z) for z in found if abs(abs(z) - 1.0) < _NEAR_CIRCLE)
-    roots = sorted(_improved(polynomial, angle) for angle in near)
+    roots, beside = [], []
+    for z in np.linalg.eigvals(companion).tolist():
+        size = abs(z)
+        if abs(size - 1.0) < _NEAR_CIRCLE:
+            # A step of Newton's method, as eigenvalues beside each other have a larger error.
+            value, slope, _ = derivatives(polynomial, z / size)
+            step = value / slope if slope else 0.0
+            roots.append(math.remainder(cmath.phase(z) - step, math.tau))
+        elif size > 1.0:
+            # The roots beside the circle are pairs in one direction, inside and outside.
+            beside.append(_value(polynomial, z / size))
+    roots.sort()
     ends = [*roots[1:], *(root + math.tau for root in roots[:1])]
-    middles = [cmath.rect(1.0, 0.5 * (left + right)) for left, right in zip(roots, ends)]
-    values = [_value(polynomial, z) for z in middles]
-    # The roots beside the circle are pairs in one direction, inside and outside.
-    beside = [z / abs(z) for z in found if abs(z) >= 1.0 + _NEAR_CIRCLE]
-    clear = _TOUCHING * tolerance
-    if any(abs(value) <= clear for value in (*values, *(_value(polynomial, z) for z in beside))):
+    middles = (cmath.rect(1.0, 0.5 * (left + right)) for left, right in zip(roots, ends))
+    between = [_value(polynomial, middle) for middle in middles]
+    if min(map(abs, between + beside), default=math.inf) <= _TOUCHING * tolerance:
         return None
-    return roots if all(v * w < 0.0 for v, w in zip(values, values[-1:] + values)) else None
+    signs = [value > 0.0 for value in between]
+    return roots if signs == [not sign for sign in signs[1:] + signs[:1]] else None
 
 
 def _value(polynomial: Cubic, z: complex) -> float:
@@ -285,12 +292,6 @@ def _value(polynomial: Cubic, z: complex) -> float:
     constant, first, second, third = polynomial
     value: float = constant + (z * (first + z * (second + z * third))).real
     return value
-
-
-def _improved(polynomial: Cubic, angle: float) -> float:
-    """A root by one step of Newton's method: eigenvalues beside each other have a larger error."""
-    value, slope, _ = evaluate(polynomial, angle)
-    return math.remainder(angle - value / slope, math.tau) if slope else angle
 
 
 # Real roots of many polynomials at once, on flat arrays with one entry a root.
@@ -357,6 +358,9 @@ def _isolated_roots(
         single, unclear = _judge(_rows(polynomial, row), start, end, width, tolerance[row])
         ends = start[0, single], end[0, single]
         found.append((row[single], low[single], low[single] + width, *ends))
+        # Where F nearly vanishes on a stretch, halving makes ever more of them.
+        special |= np.bincount(row[unclear], minlength=len(special)) > CELLS
+        unclear &= ~special[row]
         row, low, start, end = row[unclear], low[unclear], start[:, unclear], end[:, unclear]
         if not row.size:
             break

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +29,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.positions import (
 )
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import Linkage, direction, pins_at
 from tri_glide_kinematics.mechanisms.f_mechanism.trace import (
+    NEARLY_SINGULAR,
     FMechanismTrace,
     TraceOptions,
     starting_point,
@@ -113,6 +114,9 @@ def _extremum(
 _MOST_TURNS = 50
 # Positions of a trace and of the survey agree this well, beside a fold too [rad, size].
 _SAME = 1e-5
+# Nearly singular arcs of all branches, after which one that has another is given up: beside a
+# self-motion branches are so near to each other that a turn may take millions, of 60 us each.
+_PATIENCE = 10_000
 # Longest step along a branch [rad]: the tubes of the arcs make it shorter where the curve bends.
 _LARGEST_STEP = 0.5
 
@@ -128,7 +132,7 @@ class FMechanismOverview:
         branches: each connected curve once, with its events. Its samples lie at the crank angles
             above, counted on over full turns.
         singular_poses: positions through which no branch can be followed: isolated ones, and those
-            on branches that are singular everywhere.
+            on branches that are singular everywhere, or nearly so.
     """
 
     crank_angles: FloatArray
@@ -151,25 +155,26 @@ def survey(linkage: Linkage, samples: int) -> FMechanismOverview:
     missing = ~np.isnan(poses.angle)
     branches: list[FMechanismTrace] = []
     singular: list[FMechanismPose] = []
-    while True:
+    patience = iter(range(_PATIENCE))
+    while missing.any():
         # Start far from singular positions, where the branch is well told from others.
         strength = np.where(missing, np.abs(poses.singularity), -1.0)
         row, slot = divmod(first_largest(strength), strength.shape[1])
-        if not missing[row, slot]:
+        pose = poses.pose(row, slot)
+        found = _whole_branch(linkage, pose, spacing, patience)
+        if abs(pose.singularity) < NEARLY_SINGULAR and not any(one.closed for one in found):
+            # Nor will it be from those that are left: they are still nearer to singular ones.
             break
         missing[row, slot] = False
-        crank_angle = float(crank_angles[row])
-        angle, origin = float(poses.angle[row, slot]), complex(*poses.position[row, slot])
-        found = _whole_branch(linkage, crank_angle, angle, origin, spacing)
         if not found:
-            singular.append(_nearest(linkage, poses_at(linkage, crank_angle), angle, origin))
+            singular.append(pose)
         for branch in found:
             _mark(poses, branch, missing, linkage.size, spacing)
         branches += found
+    singular += [poses.pose(row, slot) for row, slot in np.argwhere(missing)]
     for crank_angle in find_islands(linkage, crank_angles):
         for pose in poses_at(linkage, crank_angle):
-            origin = complex(*pose.position)
-            for branch in _whole_branch(linkage, crank_angle, pose.angle, origin, spacing):
+            for branch in _whole_branch(linkage, pose, spacing, patience):
                 if len(branch.angle) == 1 and not _known(branches, branch):
                     branches.append(branch)
     return FMechanismOverview(
@@ -177,35 +182,25 @@ def survey(linkage: Linkage, samples: int) -> FMechanismOverview:
     )
 
 
-def _nearest(
-    linkage: Linkage, poses: tuple[FMechanismPose, ...], angle: float, origin: complex
-) -> FMechanismPose:
-    """The pose that is nearest to a platform angle [rad] and origin [m]."""
-
-    def distance(pose: FMechanismPose) -> float:
-        turn = math.remainder(pose.angle - angle, 2.0 * math.pi)
-        return abs(turn) + abs(complex(*pose.position) - origin) / linkage.size
-
-    return min(poses, key=distance)
-
-
 def _whole_branch(
-    linkage: Linkage, crank_angle: float, angle: float, origin: complex, spacing: float
+    linkage: Linkage, start: FMechanismPose, spacing: float, patience: Iterator[int]
 ) -> list[FMechanismTrace]:
     """Follow a branch to its closure; both ways where it ends before, none where it is singular."""
     branches = []
     for sense in (1.0, -1.0):
-        drive, _ = straight_drive(linkage, crank_angle, (sense, 0.0, 0.0))
+        drive, _ = straight_drive(linkage, start.crank_angle, (sense, 0.0, 0.0))
         curve = Curve(linkage, drive)
-        offset = math.remainder(-sense * crank_angle, spacing)
+        offset = math.remainder(-sense * start.crank_angle, spacing)
         most = round(2.0 * math.pi * _MOST_TURNS / spacing)
         options = TraceOptions(
             stations=offset + spacing * np.arange(-most, most + 1, dtype=np.float64),
             through=True,
             period=2.0 * math.pi,
             largest_step=_LARGEST_STEP,
+            patience=patience,
         )
-        branches.append(trace_branch(curve, starting_point(curve, angle, origin), options))
+        place = starting_point(curve, start.angle, complex(*start.position))
+        branches.append(trace_branch(curve, place, options))
         if branches[-1].closed:
             return branches[-1:]
     return [branch for branch in branches if branch.arcs]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cmath
 import functools
-import itertools
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -124,6 +123,7 @@ class FMechanismPoses:
         velocity: of the origin, shape (n, 6, 2) [m/rad].
         residual: largest deviation of a rod length, shape (n, 6) [m].
         singularity: as in FMechanismPose, shape (n, 6).
+        double: likewise, shape (n, 6).
         self_motion: rows in which the platform can move with the cranks at rest, so that there is
             no finite number of positions; their count is 0. Shape (n,).
         linkage: dimensions of the mechanism.
@@ -137,8 +137,15 @@ class FMechanismPoses:
     velocity: FloatArray
     residual: FloatArray
     singularity: FloatArray
+    double: NDArray[np.bool_]
     self_motion: NDArray[np.bool_]
     linkage: Linkage
+
+    def pose(self, row: int, slot: int) -> FMechanismPose:
+        """One position by itself."""
+        columns = self.angle, self.position, self.double
+        angle, position, double = (column[row, slot].tolist() for column in columns)
+        return pose_at(self.linkage, float(self.crank_angles[row]), angle, position, double)
 
     def platform_joints(self) -> FloatArray:
         """A2, B2, C2 in the fixed frame, shape (n, 6, 3, 2) [m]."""
@@ -185,9 +192,10 @@ def poses_at(linkage: Linkage, crank_angle: float) -> tuple[FMechanismPose, ...]
 
 def _order(size: float, pose: FMechanismPose, other: FMechanismPose) -> int:
     """Below zero if a pose comes before another one: by angle, and by place where that is equal."""
-    differences = [(pose.angle - other.angle, _EQUAL_ANGLES)]
-    differences += [(p - q, _EQUAL_PLACES * size) for p, q in zip(pose.position, other.position)]
-    return next((1 if d > 0.0 else -1 for d, equal in differences if abs(d) > equal), 0)
+    place = _EQUAL_PLACES * size
+    pairs = zip((pose.angle, *pose.position), (other.angle, *other.position))
+    differences = zip(pairs, (_EQUAL_ANGLES, place, place))
+    return next((1 if p > q else -1 for (p, q), equal in differences if abs(p - q) > equal), 0)
 
 
 def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Position]:
@@ -210,13 +218,12 @@ def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Pos
         return exact_positions(linkage, pins)
     found: list[Position] = []
     largest_gap = RESIDUAL * linkage.size * min(linkage.rods)
-    ends = [*roots[-1:], *roots, *roots[:1]]
-    steps = [(after - before) % math.tau for before, after in itertools.pairwise(ends)]
-    for angle, apart in zip(roots, map(min, steps, steps[1:])):
+    steps = [(after - before) % math.tau for before, after in zip(roots[-1:] + roots, roots)]
+    for angle in roots:
         z = direction(angle)
         v, sure = _rod_vector(linkage, pins, condition, z)
         position = refined(linkage, pins, position_of(linkage, pins, z, v), 3)
-        sure &= abs(position.z - z) <= LONGEST_CORRECTION * apart
+        sure &= abs(position.z - z) <= LONGEST_CORRECTION * min(steps)
         if not (sure and position.gap <= largest_gap):
             return exact_positions(linkage, pins)
         found.append(position)
@@ -278,6 +285,15 @@ def _assembles_somewhere(linkage: Linkage, pins: CrankPins, condition: Closure) 
     return bool(np.any(reached))
 
 
+def pose_at(
+    linkage: Linkage, crank_angle: float, angle: float, origin: Point, double: bool = False
+) -> FMechanismPose:
+    """One position by its platform angle [rad] and the origin of the platform frame [m]."""
+    pins, z = pins_at(linkage, linkage.crank_angles(crank_angle)), direction(angle)
+    v = complex(*origin) + z * linkage.joints[0] - pins.a
+    return pose_of(linkage, pins, crank_angle, position_of(linkage, pins, z, v, double))
+
+
 def pose_of(
     linkage: Linkage, pins: CrankPins, crank_angle: float, position: Position
 ) -> FMechanismPose:
@@ -321,6 +337,7 @@ def solve_batch(linkage: Linkage, crank_angles: FloatArray) -> FMechanismPoses:
     result = FMechanismPoses(
         crank_angles=crank_angles,
         counts=np.zeros(n, dtype=np.int64),
+        double=np.zeros((n, 6), dtype=np.bool_),
         self_motion=np.zeros(n, dtype=np.bool_),
         linkage=linkage,
         **{name: np.full(shape, np.nan) for name, shape in shapes.items()},
@@ -373,7 +390,7 @@ def _solve_row(linkage: Linkage, result: FMechanismPoses, row: int) -> None:
         return
     result.counts[row] = len(poses)
     for slot, pose in enumerate(poses):
-        for name in _COLUMNS:
+        for name in (*_COLUMNS, "double"):
             getattr(result, name)[row, slot] = getattr(pose, name)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +22,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.curve import (
     leading_sense,
     zero_on_arc,
 )
-from tri_glide_kinematics.mechanisms.f_mechanism.positions import FMechanismPose, pose_of
+from tri_glide_kinematics.mechanisms.f_mechanism.positions import FMechanismPose, pose_at, pose_of
 from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     CONVERGED,
     Linkage,
@@ -34,6 +34,7 @@ from tri_glide_kinematics.mechanisms.f_mechanism.rod_equations import (
     position_of,
     refined,
     rod_jacobian,
+    singularity,
     states,
 )
 from tri_glide_kinematics.vectors import FloatArray, Point, Vector3
@@ -142,13 +143,10 @@ class FMechanismTrace:
 
     def pose(self, index: int) -> FMechanismPose:
         """One sample as a position, for instance to start another trace from."""
-        crank_angle, angle = float(self.crank_angle[index]), float(self.angle[index])
-        phases = (0.0, float(self.phase_b[index]), float(self.phase_c[index]))
-        linkage = replace(self.linkage, phases=phases)
-        pins = pins_at(linkage, linkage.crank_angles(crank_angle))
-        z = direction(angle)
-        v = complex(*self.position[index]) + z * linkage.joints[0] - pins.a
-        return pose_of(linkage, pins, crank_angle, position_of(linkage, pins, z, v))
+        columns = self.crank_angle, self.phase_b, self.phase_c, self.angle, self.position
+        crank_angle, *phases, angle, position = (column[index].tolist() for column in columns)
+        linkage = replace(self.linkage, phases=(0.0, *phases))
+        return pose_at(linkage, crank_angle, angle, position)
 
     def point(self, platform_point: Point) -> FloatArray:
         """Places in the fixed frame of a point of the platform frame [m]. Shape (m, 2) [m]."""
@@ -173,6 +171,8 @@ class FMechanismTrace:
 
 # Rod gap of a start, relative to the size, that is still corrected instead of refused.
 _NEAR_POSE = 1e-6
+# Singularity below which a position is nearly singular.
+NEARLY_SINGULAR = 1e-4
 # A branch is closed if it comes back to its start within this [rad, size].
 _CLOSED = 1e-8
 
@@ -334,12 +334,14 @@ class TraceOptions:
         through: whether to go on through turning points and bifurcations.
         period: change of s after which the cranks stand as before; infinite if never.
         largest_step: longest arc [rad].
+        patience: whose end, one item for each nearly singular arc, makes the branch a singular one.
     """
 
     stations: FloatArray
     through: bool
     period: float
     largest_step: float
+    patience: Iterator[object] | None = None
 
     @property
     def closings(self) -> FloatArray:
@@ -393,7 +395,19 @@ class _Recorder:
             self.event(EventKind.CLOSED, closing)
         elif ends:
             self.event(EventKind.END, point_on_arc(self.curve, arc, limit))
+        elif self._gives_up(arc):
+            self.event(EventKind.SINGULAR, arc.end)
+            ends = True
         return bool(closing) or ends
+
+    def _gives_up(self, arc: Arc) -> bool:
+        """Whether one more arc that is nearly singular is too much."""
+        patience = self.options.patience
+        if patience is None:
+            return False
+        at = self.curve.gradients(arc.end)
+        nearly_singular = abs(singularity(self.curve.linkage, at)) < NEARLY_SINGULAR
+        return nearly_singular and next(patience, None) is None
 
     def _closing(self, arc: Arc, stop: float) -> Vector3 | None:
         """The point at which the arc comes back to the start, in the same direction."""
