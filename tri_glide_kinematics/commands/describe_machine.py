@@ -21,9 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
     """
     options = make_parser().parse_args(arguments)
-    targets = [each for each in (options.urdf, options.mjcf) if each]
-    folder = targets[0].parent if targets else Path()
-    return exit_code("describe_machine", folder, lambda: _describe(options))
+    return exit_code("describe_machine", lambda: _describe(options))
 
 
 def _describe(options: argparse.Namespace) -> None:

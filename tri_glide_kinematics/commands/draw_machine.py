@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
     """
     options = make_parser().parse_args(arguments)
-    return exit_code("draw_machine", options.output, lambda: _draw(options))
+    return exit_code("draw_machine", lambda: _draw(options))
 
 
 def _draw(options: argparse.Namespace) -> None:

@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if options.rate is not None and not 1.0 <= options.rate <= 100_000.0:
         parser.error(f"--rate {options.rate:g}: must be from 1 to 100000 Hz")
-    return exit_code("draw_motion", options.output, lambda: _draw(options))
+    return exit_code("draw_motion", lambda: _draw(options))
 
 
 def _draw(options: argparse.Namespace) -> None:

@@ -64,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.output is not None:
         options.picture = options.picture or options.output / PICTURE
         options.write = options.write or options.output / MODES
-    return exit_code("ringdown", options.picture, lambda: _find(options))
+    return exit_code("ringdown", lambda: _find(options))
 
 
 def _find(options: argparse.Namespace) -> None:
