@@ -8,7 +8,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -137,6 +137,18 @@ def whole_number(least: int, most: int) -> Callable[[str], int]:
         return int(text)
 
     return read
+
+
+def check_apart(read: Iterable[Path | None], written: Iterable[Path | None]) -> None:
+    """Check that none of the files that are ``written`` is one of those that are ``read``.
+
+    Raises:
+        KinematicsError: if one is, which would be lost.
+    """
+    known = [file.resolve() for file in read if file is not None]
+    for target in written:
+        if target is not None and target.resolve() in known:
+            raise KinematicsError(f"{target}: is read: write to another file")
 
 
 def exit_code(name: str, work: Callable[[], int | None], failed: int = 1) -> int:

@@ -90,6 +90,10 @@ def answer(tmp_path, monkeypatch, capsys):
         ("describe_machine travel.yaml", "lower_heights[1]"),
         (f"draw_machine {MACHINE} --output . --stl /proc/no", "cannot write to /proc/no: "),
         (f"describe_machine {MACHINE} --urdf /dev/null", "cannot write to /dev/null: it is there"),
+        (f"draw_motion short.nc {DRAWN} --csv short.nc", "short.nc: is read: write to another"),
+        (f"draw_machine {MACHINE} --output . --glb {MACHINE}", f"{MACHINE}: is read: "),
+        (f"describe_machine {MACHINE} --mjcf ./{MACHINE}", f"{MACHINE}: is read: "),
+        (f"ringdown {SWING} --picture {SWING}", f"{SWING}: is read: "),
         (f"size --cylinder 0.1 0.12 {MOTION} --write rest.nc", "cannot write to rest.nc: it is"),
     ],
 )

@@ -8,7 +8,13 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.picture_commands import above_zero, add_file, add_node_argument, exit_code
+from tri_glide_kinematics.picture_commands import (
+    above_zero,
+    add_file,
+    add_node_argument,
+    check_apart,
+    exit_code,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,7 +42,9 @@ def _describe(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.settings import IK_NODE, description_of, file_values, forces_of
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    first, *later = (str(find_file(file)) for file in options.files)
+    files = [find_file(file) for file in options.files]
+    check_apart(files, (options.urdf, options.mjcf))
+    first, *later = map(str, files)
     node = f"/{options.node.strip('/')}"
     values = file_values(first, node, IK_NODE, *later)
     description = description_of(values, options.rod_distance)

@@ -12,6 +12,7 @@ from tri_glide_kinematics.picture_commands import (
     above_zero,
     add_file,
     add_node_argument,
+    check_apart,
     command_parser,
     exit_code,
     save_figure,
@@ -58,6 +59,7 @@ def _draw(options: argparse.Namespace) -> None:
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     file = find_file(options.file)
+    check_apart((file, options.measurements), (options.stl, options.glb))
     values = file_values(str(file), options.node, IK_NODE)
     workspace = workspace_of(values)
     deviations = None
