@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 
@@ -126,13 +127,15 @@ def write_file(file: str | Path, content: str | bytes) -> None:
         OSError: if it cannot be written, or what is there is no regular file but a device, for
             instance; what was there before still is.
     """
-    _put(Path(file).resolve(), content, keeps_old=False)
+    with _naming(file):
+        _put(Path(file).resolve(), content, keeps_old=False)
 
 
 def check_place(file: str | Path, text: str) -> None:
     """Check that what stands where ``replace_file`` writes may be replaced; raises as it does."""
-    if Path(file).exists():
-        _checked_content(Path(file), text.split("\n", 1)[0])
+    with _naming(file):
+        if Path(file).exists():
+            _checked_content(Path(file), text.split("\n", 1)[0])
 
 
 def replace_file(file: str | Path, text: str) -> None:
@@ -148,10 +151,21 @@ def replace_file(file: str | Path, text: str) -> None:
     Raises:
         OSError: if it cannot be written, or another wrote what is there.
     """
-    file = Path(file).resolve()
-    is_new = not file.exists()
-    if is_new or _checked_content(file, text.split("\n", 1)[0]) != text.encode():
-        _put(file, text, keeps_old=not is_new)
+    place = Path(file).resolve()
+    with _naming(file):
+        is_new = not place.exists()
+        if is_new or _checked_content(place, text.split("\n", 1)[0]) != text.encode():
+            _put(place, text, keeps_old=not is_new)
+
+
+@contextmanager
+def _naming(file: str | Path) -> Iterator[None]:
+    """Let an OSError name the ``file`` that is wanted, not the one beside it that is written."""
+    try:
+        yield
+    except OSError as error:
+        error.filename, error.filename2 = str(file), None
+        raise
 
 
 def _put(file: Path, content: str | bytes, *, keeps_old: bool) -> None:

@@ -8,7 +8,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,9 @@ LIMIT_STYLE: dict[str, Any] = {"color": "0.35", "linestyle": "--", "linewidth": 
 
 # In a metre.
 MILLIMETRES = 1000.0
+
+# What is written where no file is named.
+STDOUT = "standard output"
 
 
 def save_figure(figure: Figure, file: Path, resolution: float) -> None:
@@ -136,7 +139,19 @@ def whole_number(least: int, most: int) -> Callable[[str], int]:
     return read
 
 
-def exit_code(name: str, output: Path, work: Callable[[], int | None], failed: int = 1) -> int:
+def check_apart(read: Iterable[Path | None], written: Iterable[Path | None]) -> None:
+    """Check that none of the files that are ``written`` is one of those that are ``read``.
+
+    Raises:
+        KinematicsError: if one is, which would be lost.
+    """
+    known = [file.resolve() for file in read if file is not None]
+    for target in written:
+        if target is not None and target.resolve() in known:
+            raise KinematicsError(f"{target}: is read: write to another file")
+
+
+def exit_code(name: str, work: Callable[[], int | None], failed: int = 1) -> int:
     """Do the ``work`` of a command, and return its exit code.
 
     Until ``work`` has loaded what it needs, Ctrl-C ends the process at once; then it sets
@@ -144,7 +159,6 @@ def exit_code(name: str, output: Path, work: Callable[[], int | None], failed: i
 
     Args:
         name: of the command, for its errors.
-        output: folder that it writes to.
         work: what it does; it returns its exit code, or None for 0.
         failed: exit code after an error.
 
@@ -159,7 +173,7 @@ def exit_code(name: str, output: Path, work: Callable[[], int | None], failed: i
     except KinematicsError as error:
         reason = str(error)
     except OSError as error:
-        reason = f"cannot write to {output}: {error.strerror or error}"
+        reason = f"cannot write to {error.filename or STDOUT}: {error.strerror or error}"
     except ModuleNotFoundError as error:
         reason = f"the Python module {error.name!r} is missing"
     except KeyboardInterrupt:

@@ -27,6 +27,7 @@ SWING = "config/ringdown_example.csv"
 TOUCHES = "config/measurements_example.yaml"
 DRAWN = "--output . --parameters config/tri_glide.yaml --settings config/program_settings.yaml"
 CHECKED = "--check --parameters config/tri_glide.yaml --settings config/program_settings.yaml"
+MACHINE = "config/tri_glide.yaml"
 MOTION = "--speed 1 --acceleration 9"
 
 
@@ -61,7 +62,7 @@ def answer(tmp_path, monkeypatch, capsys):
         (f"calibrate {TOUCHES} --output parsec.yaml", "cannot write to"),
         ("ringdown none.csv", "none.csv: cannot be read: No such file"),
         (f"ringdown {SWING} --from 99", "from 99 to inf s there are 0 samples"),
-        (f"ringdown {SWING} --picture /proc/no/p.png", "cannot write to /proc/no/p.png"),
+        (f"ringdown {SWING} --picture /proc/no/p.png", "cannot write to /proc/no: No such file"),
         (f"ringdown {SWING} --write /proc/no/m.yaml", "/proc/no/m.yaml: cannot be written"),
         (f"draw_motion rest.nc {DRAWN}", "nothing in it moves"),
         (f"draw_motion far.nc {DRAWN}", "line 2"),
@@ -87,6 +88,13 @@ def answer(tmp_path, monkeypatch, capsys):
         ("convert tilted.g --from klipper", "tilted.g"),
         ("describe_machine none.yaml", "none.yaml"),
         ("describe_machine travel.yaml", "lower_heights[1]"),
+        (f"draw_machine {MACHINE} --output . --stl /proc/no", "cannot write to /proc/no: "),
+        (f"describe_machine {MACHINE} --urdf /dev/null", "cannot write to /dev/null: it is there"),
+        (f"draw_motion short.nc {DRAWN} --csv short.nc", "short.nc: is read: write to another"),
+        (f"draw_machine {MACHINE} --output . --glb {MACHINE}", f"{MACHINE}: is read: "),
+        (f"describe_machine {MACHINE} --mjcf ./{MACHINE}", f"{MACHINE}: is read: "),
+        (f"ringdown {SWING} --picture {SWING}", f"{SWING}: is read: "),
+        (f"size --cylinder 0.1 0.12 {MOTION} --write rest.nc", "cannot write to rest.nc: it is"),
     ],
 )
 def test_a_mistake_gets_one_line(answer, line, words):

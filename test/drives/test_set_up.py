@@ -143,6 +143,7 @@ def test_settings_that_cannot_be_are_refused():
         settings(drives=(*drives[:2], low))
     with pytest.raises(KinematicsError, match="2147483647 counts"):
         settings(drives=(*drives[:2], replace(drives[2], units=DriveUnits(4000, 1), brake=0.1)))
-    with pytest.raises(KinematicsError, match="following error of axis 2 = 5000 must be below"):
+    words = "following error of axis 2 = 5000 must be below 4294967296 counts of the drive, it is 5"
+    with pytest.raises(KinematicsError, match=words):
         settings(drives=(drives[0], replace(drives[1], largest_error=5000.0), drives[2]))
     assert "74 %" in GroupRig(bitrate=500_000).off().group.remarks[0]

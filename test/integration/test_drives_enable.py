@@ -116,3 +116,10 @@ def test_without_drives_or_heights_it_is_told_and_with_both_it_goes_on(machine, 
     client.wait_for(lambda: machine.measured, "heights")
     assert drives.enable(True).success
     machine.wait_for_state("idle")
+
+
+def test_a_node_does_not_start_with_a_name_that_no_service_can_have(nodes):
+    node = nodes.start("ik_node", {"drives_enable": "a-b"})
+    node.exit_codes = (1,)
+    assert node.process.wait(60.0) == 1
+    assert "ik_node: drives_enable = 'a-b': Invalid service name" in node.output

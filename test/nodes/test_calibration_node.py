@@ -11,6 +11,7 @@ from tri_glide_kinematics.calibration.session import SwingSettings
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.motion.shaping import ShaperKind
 from tri_glide_kinematics.nodes.calibration_node import (
+    drawing_of,
     plate_of,
     probe_settings_of,
     requested,
@@ -45,6 +46,12 @@ def test_zero_stands_for_the_parameter():
 def test_a_request_outside_the_bounds_is_refused(request_, words):
     with pytest.raises(KinematicsError, match=words):
         probe_settings_of(VALUES, ProbePlate.Request(**request_))
+
+
+def test_a_drawing_that_is_no_machine_is_refused_by_its_name():
+    assert drawing_of(VALUES) is None
+    with pytest.raises(KinematicsError, match=r"^drawn_machine: arm_lengths\[0\] = -1 m must be"):
+        drawing_of({**VALUES, "drawn_machine": (-1.0,) * 12})
 
 
 def test_a_search_for_modes_without_numbers_is_that_by_default():

@@ -253,6 +253,7 @@ REFUSED = {
             {"swing_points": LOW_AND_HIGH, "swing_frequencies": (9.0, 0.0, 9.0, 9.0, 0.0, 0.0)},
             "swing_frequencies[5] = 0 Hz must be at least 1 Hz, or 0 at each of the points",
         ),
+        ({"swing_frequencies": (1e-300, 0.0, 0.0)}, "swing_frequencies[0] = 1e-300 Hz must be at"),
         ({"swing_dampings": (0.1, 0.1)}, "swing_dampings has 2 elements, expected 1 or 3"),
         ({"swing_shares": (1.0,) * 6}, "swing_shares has 6 elements, expected 1 or 3"),
         ({"swing_frequencies": (9.0,) * 6}, "sum of the shares along x = 2 must be at most 1"),

@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.file is None:
         # Options that take several files have taken this one, too.
         parser.error("name the file that is to be calibrated first: calibrate FILE --settings A B")
-    return exit_code("calibrate", options.output, lambda: _calibrate(options))
+    return exit_code("calibrate", lambda: _calibrate(options))
 
 
 def _calibrate(options: argparse.Namespace) -> None:

@@ -23,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
     """
     options = make_parser().parse_args(arguments)
-    return exit_code("convert", options.output or Path(), lambda: _convert(options))
+    return exit_code("convert", lambda: _convert(options))
 
 
 def _convert(options: argparse.Namespace) -> None:

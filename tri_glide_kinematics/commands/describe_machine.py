@@ -8,7 +8,13 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tri_glide_kinematics.picture_commands import above_zero, add_file, add_node_argument, exit_code
+from tri_glide_kinematics.picture_commands import (
+    above_zero,
+    add_file,
+    add_node_argument,
+    check_apart,
+    exit_code,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -21,9 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
     """
     options = make_parser().parse_args(arguments)
-    targets = [each for each in (options.urdf, options.mjcf) if each]
-    folder = targets[0].parent if targets else Path()
-    return exit_code("describe_machine", folder, lambda: _describe(options))
+    return exit_code("describe_machine", lambda: _describe(options))
 
 
 def _describe(options: argparse.Namespace) -> None:
@@ -38,7 +42,9 @@ def _describe(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.settings import IK_NODE, description_of, file_values, forces_of
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    first, *later = (str(find_file(file)) for file in options.files)
+    files = [find_file(file) for file in options.files]
+    check_apart(files, (options.urdf, options.mjcf))
+    first, *later = map(str, files)
     node = f"/{options.node.strip('/')}"
     values = file_values(first, node, IK_NODE, *later)
     description = description_of(values, options.rod_distance)

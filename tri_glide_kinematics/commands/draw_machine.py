@@ -12,6 +12,7 @@ from tri_glide_kinematics.picture_commands import (
     above_zero,
     add_file,
     add_node_argument,
+    check_apart,
     command_parser,
     exit_code,
     save_figure,
@@ -28,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if all is written, 1 after an error, 130 after Ctrl-C.
     """
     options = make_parser().parse_args(arguments)
-    return exit_code("draw_machine", options.output, lambda: _draw(options))
+    return exit_code("draw_machine", lambda: _draw(options))
 
 
 def _draw(options: argparse.Namespace) -> None:
@@ -58,6 +59,7 @@ def _draw(options: argparse.Namespace) -> None:
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     file = find_file(options.file)
+    check_apart((file, options.measurements), (options.stl, options.glb))
     values = file_values(str(file), options.node, IK_NODE)
     workspace = workspace_of(values)
     deviations = None

@@ -15,6 +15,7 @@ from tri_glide_kinematics.picture_commands import (
     add_file,
     add_machine_arguments,
     add_unit,
+    check_apart,
     command_parser,
     exit_code,
     next_line,
@@ -41,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if options.rate is not None and not 1.0 <= options.rate <= 100_000.0:
         parser.error(f"--rate {options.rate:g}: must be from 1 to 100000 Hz")
-    return exit_code("draw_motion", options.output, lambda: _draw(options))
+    return exit_code("draw_motion", lambda: _draw(options))
 
 
 def _draw(options: argparse.Namespace) -> None:
@@ -72,6 +73,7 @@ def _draw(options: argparse.Namespace) -> None:
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     file, parameters = find_file(options.file), find_file(options.parameters)
+    check_apart((file, parameters, options.settings), (options.csv, options.mcap))
     values = file_values(str(parameters), options.node, IK_NODE)
     work = load_work(file, load_own_settings(options.settings), options.unit)
     if work.frame not in ("", values["base_frame"]):

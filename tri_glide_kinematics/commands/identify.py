@@ -46,9 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             parser.error(f"--{name.replace('_', '-')} is for {what}")
     if options.any_arms and options.write is not None:
         parser.error("--write is for uniform arms: --any-arms tells sums, which no parameter is")
-    output = options.write or options.excite or Path()
     work = _identify if options.excite is None else _excite
-    return exit_code("identify", output, lambda: work(options))
+    return exit_code("identify", lambda: work(options))
 
 
 def _excite(options: argparse.Namespace) -> None:

@@ -21,7 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if all is kept, 1 if something is not, 2 if that cannot be found out.
     """
     options = make_parser().parse_args(arguments)
-    return exit_code("judge", Path(), lambda: _judge(options), failed=2)
+    return exit_code("judge", lambda: _judge(options), failed=2)
 
 
 def _judge(options: argparse.Namespace) -> int:

@@ -19,7 +19,14 @@ from typing import TYPE_CHECKING
 
 from tri_glide_kinematics.errors import KinematicsError
 from tri_glide_kinematics.files import find_file
-from tri_glide_kinematics.picture_commands import add_file, add_output, exit_code, next_line, number
+from tri_glide_kinematics.picture_commands import (
+    add_file,
+    add_output,
+    check_apart,
+    exit_code,
+    next_line,
+    number,
+)
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -64,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.output is not None:
         options.picture = options.picture or options.output / PICTURE
         options.write = options.write or options.output / MODES
-    return exit_code("ringdown", options.picture, lambda: _find(options))
+    return exit_code("ringdown", lambda: _find(options))
 
 
 def _find(options: argparse.Namespace) -> None:
@@ -90,7 +97,9 @@ def _find(options: argparse.Namespace) -> None:
     from tri_glide_kinematics.motion.shaping import ShaperKind
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    recordings = [load_recording(find_file(file), options.unit) for file in options.files]
+    files = [find_file(file) for file in options.files]
+    check_apart(files, (options.picture,))
+    recordings = [load_recording(file, options.unit) for file in files]
     swings = [find_modes(each.between(options.start, options.end)) for each in recordings]
     found = combine_modes(swings) if len(swings) > 1 else swings[0]
     for file, swing in zip(options.files, swings):

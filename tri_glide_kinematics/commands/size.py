@@ -50,8 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Ctrl-C.
     """
     options = make_parser().parse_args(arguments)
-    folder = options.write.parent if options.write else Path(".")
-    return exit_code("size", folder, lambda: _size(options))
+    return exit_code("size", lambda: _size(options))
 
 
 def _size(options: argparse.Namespace) -> int:

@@ -85,7 +85,8 @@ class DriveUnits:
         """
         counts = round(rate * self.per_metre)
         if counts >= LARGEST_PART:
-            raise OutOfBoundsError(name, rate, f"below {LARGEST_PART} counts of the drive")
+            bound = f"below {LARGEST_PART} counts of the drive, it is {counts}"
+            raise OutOfBoundsError(name, rate, bound)
         return max(1, counts)
 
 

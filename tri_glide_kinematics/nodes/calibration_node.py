@@ -62,6 +62,7 @@ from tri_glide_kinematics.ros.loop import Cycle
 from tri_glide_kinematics.ros.serving import CALLS, Answers, PatientServices
 from tri_glide_kinematics.settings import (
     CALIBRATION_NODE,
+    ParameterError,
     Values,
     check_joint_names,
     machine_of,
@@ -96,8 +97,7 @@ class CalibrationNode(Node):
         super().__init__("calibration_node")
         self._values = values = LiveParameters(self, CALIBRATION_NODE, check_joint_names).values
         present = MachineParameters(machine_of(values).geometry, values["height_offsets"])
-        drawn = values["drawn_machine"]
-        self._drawing = MachineParameters.from_vector(drawn) if any(drawn) else present
+        self._drawing = drawing_of(values) or present
         # With the travel of the sliders as the drives report it.
         self._workspace = workspace_limits_of({**values, "height_offsets": (0.0, 0.0, 0.0)})
         self._reader = SliderMeasurements(values["joint_names"])
@@ -328,6 +328,22 @@ def folder_of(values: Values) -> Path:
     if not folder.is_dir():
         raise SavingError(f"folder = {values['folder']!r}: {folder} is no folder")
     return folder
+
+
+def drawing_of(values: Values) -> MachineParameters | None:
+    """Return the machine of the drawing; None if that is the present one.
+
+    Raises:
+        ParameterError: if no machine is like that.
+    """
+    drawn = values["drawn_machine"]
+    if not any(drawn):
+        return None
+    try:
+        return MachineParameters.from_vector(drawn)
+    except KinematicsError as error:
+        # It names parts of the machine, and other parameters have these names.
+        raise ParameterError(f"drawn_machine: {error}") from error
 
 
 def plate_of(values: Values) -> Plate:

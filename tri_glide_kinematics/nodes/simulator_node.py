@@ -51,7 +51,7 @@ from tri_glide_kinematics.simulation import (
     TrueMachine,
 )
 from tri_glide_kinematics.vectors import Vector3
-from tri_glide_kinematics.wording import number_text, vector_text
+from tri_glide_kinematics.wording import number_text, refused_text, vector_text
 
 RELIABLE = QoSProfile(depth=10)
 
@@ -343,6 +343,6 @@ def _check(values: Values) -> None:
         lower, upper = values["lower_heights"][index], values["upper_heights"][index]
         if not lower <= height <= upper:
             raise ParameterError(
-                f"initial_heights[{index}] = {number_text(height)} m must be between "
+                f"initial_heights[{index}] = {refused_text(height)} m must be between "
                 f"{number_text(lower)} and {number_text(upper)} m"
             )

@@ -34,7 +34,7 @@ from tri_glide_kinematics.settings.tables import (
 from tri_glide_kinematics.simulation import PlatformMode, PositionControl, SwingModel
 from tri_glide_kinematics.tri_glide import TriGlide, TriGlideGeometry
 from tri_glide_kinematics.vectors import Vector3, plus
-from tri_glide_kinematics.wording import number_text
+from tri_glide_kinematics.wording import refused_text
 from tri_glide_kinematics.workspace import Cylinder, Workspace, WorkspaceLimits
 
 CALIBRATED = "calibrated"
@@ -313,7 +313,7 @@ def swing_of(values: Values) -> SwingModel:
             for point, frequency in enumerate(frequencies):
                 if frequency < LOWEST_FREQUENCY:
                     raise ParameterError(
-                        f"swing_frequencies[{size * point + index}] = {number_text(frequency)} Hz "
+                        f"swing_frequencies[{size * point + index}] = {refused_text(frequency)} Hz "
                         f"must be at least {LOWEST_FREQUENCY:g} Hz, or 0 at each of the points"
                     )
             modes.append(PlatformMode(index % 3, frequencies, dampings[index], shares[index]))
@@ -400,8 +400,8 @@ def check_travel(values: Values) -> None:
     for index, (lower, upper) in enumerate(pairs):
         if not lower < upper:
             raise ParameterError(
-                f"lower_heights[{index}] = {number_text(lower)} m must be less than "
-                f"upper_heights[{index}] = {number_text(upper)} m"
+                f"lower_heights[{index}] = {refused_text(lower)} m must be less than "
+                f"upper_heights[{index}] = {refused_text(upper)} m"
             )
 
 

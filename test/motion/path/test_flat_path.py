@@ -119,8 +119,11 @@ def test_a_polyline_begins_where_the_platform_is_and_repeated_points_count_once(
     assert_same(path, expected)
     with pytest.raises(KinematicsError, match="all its points are where it begins"):
         at_once(polyline_from(START, points[:2], 0.001))
-    with pytest.raises(KinematicsError, match=r"points\[1\]\[2\] = nan"):
-        at_once(polyline_from(START, np.array([(0.0, 0.0, NAN)]), 0.001))
+    # As the one who has given the points counts them.
+    with pytest.raises(KinematicsError, match=r"points\[5\]\[2\] = nan"):
+        at_once(polyline_from(START, np.array([*points, (0.0, 0.0, NAN)]), 0.001))
+    with pytest.raises(KinematicsError, match=r"start\[2\] = nan"):
+        at_once(polyline_from((0.0, 0.0, NAN), points, 0.001))
 
 
 def test_a_first_point_beside_the_start_is_the_start():

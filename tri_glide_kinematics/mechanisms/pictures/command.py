@@ -25,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 if all is drawn, 1 after an error, 130 after Ctrl-C.
     """
     options = make_parser().parse_args(arguments)
-    return exit_code("draw_mechanism", options.output, lambda: _draw(options))
+    return exit_code("draw_mechanism", lambda: _draw(options))
 
 
 def _draw(options: argparse.Namespace) -> None:

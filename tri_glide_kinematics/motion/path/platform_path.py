@@ -524,13 +524,12 @@ def polyline_from(
 def _lines_through(start: Vector3, points: FloatArray, tolerance: float) -> Iterator[Segments]:
     """Yield the lines from ``start`` through some ``points`` after the other."""
     check_count(len(points))
-    end = before = np.array([start])
-    check_coordinates(end, 0)
+    end = before = np.array([place_of("start", start)])
     limit = tolerance_of(0, tolerance)
     count = 0
     for some in blocks(len(points), LINES_TOGETHER):
         places = points[some]
-        check_coordinates(places, some.start + 1)
+        check_coordinates(places, some.start)
         steps = np.diff(places, axis=0, prepend=before)
         before = places[-1:]
         new = np.concatenate(

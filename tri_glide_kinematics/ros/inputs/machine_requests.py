@@ -12,6 +12,7 @@ from typing import Any
 
 from geometry_msgs.msg import Point
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.exceptions import InvalidServiceNameException
 from rclpy.node import Node
 from rclpy.time import Time
 from std_srvs.srv import SetBool, Trigger
@@ -65,11 +66,20 @@ class DrivesEnable:
     """
 
     def __init__(self, node: Node, name: str, tell: Callable[[str], object]) -> None:
-        """Ask the service with this ``name``; ``tell`` gets why torque was not taken away."""
+        """Ask the service with this ``name``; ``tell`` gets why torque was not taken away.
+
+        Raises:
+            DrivesRefusedError: if no service can have this name.
+        """
         self.group = ReentrantCallbackGroup()
         self._name = name
         self._tell = tell
-        self._client = node.create_client(SetBool, name, callback_group=self.group)
+        try:
+            self._client = node.create_client(SetBool, name, callback_group=self.group)
+        except InvalidServiceNameException as error:
+            # Its other lines point at the place.
+            reason = str(error).split("\n", 1)[0].rstrip(":")
+            raise DrivesRefusedError(f"drives_enable = {name!r}: {reason}") from None
         self._is_enabling = self._is_given_up = self._has_torque = False
         self._letting_go: tuple[Any, float] | None = None
 
