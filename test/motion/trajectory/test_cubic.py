@@ -14,7 +14,7 @@ from motion_plans import (
 from strategies import reproducible
 
 from tri_glide_kinematics.interruptible import at_once
-from tri_glide_kinematics.motion.errors import PlanningError
+from tri_glide_kinematics.motion.errors import PlanningError, SliderLimitError
 from tri_glide_kinematics.motion.limits import AT_REST, SliderLimits, SliderState
 from tri_glide_kinematics.motion.moves import SliderMotion, own_stop
 from tri_glide_kinematics.motion.trajectory import (
@@ -128,6 +128,16 @@ def test_round_numbers_that_ruckig_fails_on_are_planned(monkeypatch):
     monkeypatch.setattr(ruckig_planner, "JERK_FACTORS", (1.0,))
     with pytest.raises(PlanningError, match="step 1"):
         at_once(SliderMotion().move(HOME, target, limits))
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), -float("inf")])
+@pytest.mark.parametrize("phase", [0, 1])
+def test_a_motion_of_numbers_that_are_none_keeps_no_limit(number, phase):
+    phases = [(0.1, 0.0), (0.1, 0.0)]
+    phases[phase] = (0.1, number)
+    plan = CubicPlan(HOME, [[], phases, []])
+    with pytest.raises(SliderLimitError):
+        plan.check_sliders(LIMITS)
 
 
 def test_impossible_input_of_ruckig_is_a_planning_error():

@@ -475,7 +475,7 @@ class Replanning:
             return (yield from self._paths.on_path(held, time, goal, held.path, limits))
         state, moving = held.plan.at(time), time < held.plan.duration
         region = self._region(held, time)
-        after = SequencePlan((held.plan,), time) if or_after else None
+        after = SequencePlan((held.plan,), time) if or_after and moving else None
         begin = Departure(state, limits, region, moving, after)
         plan = yield from goal.planned(self._planner, begin)
         is_quick = not moving and goal.destination is not None

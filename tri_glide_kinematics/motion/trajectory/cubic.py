@@ -6,7 +6,8 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from functools import cached_property
+from itertools import chain, pairwise
 
 import numpy as np
 
@@ -45,9 +46,6 @@ class CubicPlan(Trajectory):
 
     Attributes:
         duration: time until all sliders rest [s].
-        starts: where each piece begins, ascending from 0. Shape (k,) [s].
-        lengths: how long each piece is. Shape (k,) [s].
-        pieces: height, velocity, acceleration and jerk where each piece begins. Shape (4, k, 3).
     """
 
     def __init__(self, initial: SliderState, jerks: Sequence[Phases]) -> None:
@@ -63,13 +61,12 @@ class CubicPlan(Trajectory):
         for time in sorted(time for slider in sliders for time in slider.starts):
             if time - starts[-1] > SAME_TIME:
                 starts.append(time)
-        rows = []
+        rows: list[tuple[float, ...]] = []
         for start, end in pairwise(starts):
             first, second, third = (slider.at(start, 0.5 * (start + end)) for slider in sliders)
-            rows.append((*first, *second, *third))
-        self._rows: list[tuple[float, ...]] = [
-            (start, end, *row) for (start, end), row in zip(pairwise(starts), rows)
-        ]
+            rows.append((start, end, *first, *second, *third))
+        self._rows = rows
+        self._pieces = rows
         # The piece that was asked for last: the next instant is nearly always in the same.
         self._row = self._rows[0] if rows else (0.0,) * 14
         self.duration = starts.pop()
@@ -78,9 +75,21 @@ class CubicPlan(Trajectory):
         self._final = SliderState((h1, h2, h3), AT_REST, AT_REST)
         # The platform's place at rest, once it was asked for.
         self._final_platform: tuple[float, ...] | None = None
-        self.starts = np.array(self._starts)
-        self.lengths = np.diff(self.starts, append=self.duration)
-        self.pieces = np.array(rows).reshape(-1, 3, 4).transpose(2, 0, 1)
+
+    @cached_property
+    def starts(self) -> FloatArray:
+        """Where each piece begins, ascending from 0. Shape (k,) [s]."""
+        return np.array(self._starts)
+
+    @cached_property
+    def lengths(self) -> FloatArray:
+        """How long each piece is. Shape (k,) [s]."""
+        return self.pieces_since(0.0)[0]
+
+    @cached_property
+    def pieces(self) -> FloatArray:
+        """Height, velocity, acceleration and jerk where each piece begins. Shape (4, k, 3)."""
+        return self.pieces_since(0.0)[1]
 
     def at(self, time: float) -> SliderState:
         """Return the setpoint ``time`` seconds after the start; after the end, that of the end."""
@@ -132,16 +141,18 @@ class CubicPlan(Trajectory):
 
     def pieces_since(self, time: float) -> tuple[FloatArray, FloatArray]:
         """Return ``lengths`` and ``pieces`` of what is left of the plan at ``time`` [s]."""
+        table = np.array(self._left(time)).reshape(-1, 14)
+        return table[:, 1] - table[:, 0], table[:, 2:].reshape(-1, 3, 4).transpose(2, 0, 1)
+
+    def _left(self, time: float) -> list[tuple[float, ...]]:
+        """Return begin, end and twelve numbers of each piece that is left at a ``time`` [s]."""
         if time <= 0.0:
-            return self.lengths, self.pieces
+            return self._pieces
         if time >= self.duration:
-            return self.lengths[:0], self.pieces[:, :0]
-        index = bisect_right(self._starts, time) - 1
-        lengths = self.lengths[index:].copy()
-        pieces = self.pieces[:, index:].copy()
-        lengths[0] -= time - self._starts[index]
-        pieces[:3, 0] = self.at(time)
-        return lengths, pieces
+            return []
+        first, *others = self._pieces[bisect_right(self._starts, time) - 1 :]
+        sliders = zip(*self.at(time), first[5::4])
+        return [(time, first[1], *chain.from_iterable(sliders)), *others]
 
     def knots(self) -> FloatArray:
         """Return where pieces begin, and the end [s]."""
@@ -178,30 +189,16 @@ class CubicPlan(Trajectory):
         Raises:
             SliderLimitError: if a limit is exceeded by more than rounding.
         """
-        lengths, (height, velocity, acceleration, jerk) = self.pieces_since(since)
-        if not len(lengths):
+        left = self._left(since)
+        if not left:
             return
-        _, end_velocity, end_acceleration = after(
-            lengths[:, np.newaxis], height, velocity, acceleration, jerk
-        )
-        with np.errstate(divide="ignore", invalid="ignore"):
-            turning = np.where(
-                acceleration * end_acceleration < 0.0,
-                velocity - acceleration * acceleration / (2.0 * jerk),
-                velocity,
-            )
-        peaks = (
-            np.abs(np.concatenate((velocity, turning, end_velocity))).max(axis=0),
-            np.abs(np.concatenate((acceleration, end_acceleration))).max(axis=0),
-            np.abs(jerk).max(axis=0),
-        )
+        # Of a few numbers, for which numpy takes several times as long.
+        sliders = [_peaks([(row[1] - row[0], *row[i : i + 3]) for row in left]) for i in (3, 7, 11)]
         bounds = (limits.velocity, limits.acceleration, limits.jerk)
-        for (quantity, unit), peak, bound in zip(QUANTITIES, peaks, bounds):
+        for (quantity, unit), peak, bound in zip(QUANTITIES, zip(*sliders), bounds):
             for slider in range(3):
                 if not peak[slider] <= bound[slider] * (1.0 + RELATIVE_ROUNDING):
-                    raise SliderLimitError(
-                        quantity, slider, float(peak[slider]), bound[slider], unit
-                    )
+                    raise SliderLimitError(quantity, slider, peak[slider], bound[slider], unit)
 
     def height_extremes(self, since: float = 0.0) -> tuple[FloatArray, FloatArray]:
         """Return the lowest and the highest height of each slider from ``since`` [s] to the end.
@@ -231,6 +228,25 @@ class CubicPlan(Trajectory):
         largest = math.hypot(*peaks.tolist())
         yield
         yield from region.path_check(self.at, self.duration, largest)
+
+
+def _peaks(pieces: Sequence[tuple[float, ...]]) -> list[float]:
+    """Return the largest velocity, acceleration and jerk of a slider.
+
+    Args:
+        pieces: how long each is [s], and velocity, acceleration and jerk where it begins.
+    """
+    velocities: list[float] = []
+    accelerations: list[float] = []
+    for time, v, a, jerk in pieces:
+        _, end_velocity, end_acceleration = after(time, 0.0, v, a, jerk)
+        velocities += abs(v), abs(end_velocity)
+        accelerations += abs(a), abs(end_acceleration)
+        if a * end_acceleration < 0.0:
+            velocities.append(abs(v - a * a / (2.0 * jerk)))
+    jerks = [abs(jerk) for *_, jerk in pieces]
+    # Of numbers that are not finite the sum is none, either, and then the peak is NaN.
+    return [max(some) + 0.0 * sum(some) for some in (velocities, accelerations, jerks)]
 
 
 class SliderProfile:
@@ -307,7 +323,9 @@ class StraightPlan(CubicPlan):
 
     def checking_inside(self, region: Workspace, _limits: SliderLimits) -> Interruptible[None]:
         """Check travel, and all of the way."""
-        self.check_travel(*self.height_extremes(), region)
+        # From rest to rest no slider turns.
+        lowest, highest = zip(*map(sorted, zip(self._heights, self._final.heights)))
+        self.check_travel(lowest, highest, region)
         # Over the way there is no acceleration, whatever there is over time.
         yield
         yield from region.path_check(self.at_way, self.length, 0.0)

@@ -180,7 +180,12 @@ class Trajectory(ABC):
         """
         at_once(self.checking_inside(region, limits))
 
-    def check_travel(self, lowest: FloatArray, highest: FloatArray, region: Workspace) -> None:
+    def check_travel(
+        self,
+        lowest: Sequence[float] | FloatArray,
+        highest: Sequence[float] | FloatArray,
+        region: Workspace,
+    ) -> None:
         """Raise an error if a slider leaves its travel, or goes on where it is outside already.
 
         Args:
