@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from motion_plans import PHASES
 from strategies import reproducible
 
 from tri_glide_kinematics.motion.trajectory import (
     RuckigPlanner,
-    after,
     evaluate,
     rest_to_rest,
     total_duration,
@@ -17,38 +15,6 @@ from tri_glide_kinematics.motion.trajectory import (
 
 WAYS = st.floats(1e-6, 10.0)
 BOUNDS = st.tuples(st.floats(0.01, 2.0), st.floats(1.0, 20.0), st.floats(20.0, 500.0))
-
-
-def test_cubic_has_its_values_at_the_start_and_its_jerk_everywhere():
-    times = np.linspace(0.0, 0.8, 9)
-    value, rate, acceleration = after(
-        times, *(np.full(9, given) for given in (0.3, -1.2, 4.0, -7.0))
-    )
-    assert (value[0], rate[0], acceleration[0]) == (0.3, -1.2, 4.0)
-    assert np.diff(value, 3) / 0.1**3 == pytest.approx(np.full(6, -7.0))
-    assert np.diff(rate, 2) / 0.1**2 == pytest.approx(np.full(7, -7.0))
-    assert np.diff(acceleration) / 0.1 == pytest.approx(np.full(8, -7.0))
-    for index, time in enumerate(times.tolist()):
-        at_once = after(time, 0.3, -1.2, 4.0, -7.0)
-        assert at_once == pytest.approx((value[index], rate[index], acceleration[index]))
-
-
-@reproducible
-@given(PHASES, st.floats(-1.0, 1.0), st.floats(-5.0, 5.0))
-def test_coordinate_is_the_integral_of_its_jerks(phases, rate, acceleration):
-    phases = [*phases, (0.05, 0.0)]
-    times = np.linspace(0.0, total_duration(phases), 501)
-    profile = evaluate(phases, (0.3, rate, acceleration), times)
-    assert (profile.values[0], profile.rates[0], profile.accelerations[0]) == (
-        0.3,
-        rate,
-        acceleration,
-    )
-    step = times[1]
-    for lower, higher, bound in ((0, 1, 100.0), (1, 2, 400.0)):
-        values, rates = profile[1 + lower], profile[1 + higher]
-        mean = 0.5 * (rates[1:] + rates[:-1])
-        assert np.abs(np.diff(values) / step - mean).max() < bound * step + 1e-9
 
 
 @reproducible

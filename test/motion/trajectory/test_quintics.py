@@ -16,14 +16,6 @@ def pieces() -> list[Polynomial]:
     return [Polynomial(row) for row in quintics.coefficients(SPANS, *GIVEN).T]
 
 
-def test_pieces_have_the_values_slopes_and_bends_of_the_knots():
-    for piece, (polynomial, span) in enumerate(zip(pieces(), SPANS)):
-        for order, given in enumerate(GIVEN):
-            derivative = polynomial.deriv(order) if order else polynomial
-            for end in (0, 1):
-                assert derivative(end) / span**order == pytest.approx(given[piece + end])
-
-
 def test_evaluation_is_that_of_the_polynomials():
     x = RNG.random(len(SPANS))
     evaluated = quintics.evaluate(quintics.coefficients(SPANS, *GIVEN), x)
