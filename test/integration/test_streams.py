@@ -132,5 +132,10 @@ def test_two_senders_are_told_of(running_machine, ros_context):
             "the remark in the state",
         )
         client.wait_for(lambda: reports, "diagnostics")
+        words = "target_pose: the newest message wins"
+        assert not any(words in state.remark for state in machine.states)
+        assert client.set_parameters("ik_node", {"follow_poses": True}).successful
+        client.wait_for(lambda: words in machine.states[-1].remark, "that poses are a stream now")
     finally:
+        client.set_parameters("ik_node", {"follow_poses": False})
         second.close()
