@@ -6,9 +6,11 @@ from tri_glide_kinematics.lazy import when_first_used
 
 if TYPE_CHECKING:
     from tri_glide_kinematics.motion.tracking.clearance import first_certified as first_certified
-    from tri_glide_kinematics.motion.tracking.follower import FOLLOW_HORIZON as FOLLOW_HORIZON
-    from tri_glide_kinematics.motion.tracking.follower import LONGEST_HORIZON as LONGEST_HORIZON
     from tri_glide_kinematics.motion.tracking.follower import Follower as Follower
+    from tri_glide_kinematics.motion.tracking.moving_target import FOLLOW_HORIZON as FOLLOW_HORIZON
+    from tri_glide_kinematics.motion.tracking.moving_target import (
+        LONGEST_HORIZON as LONGEST_HORIZON,
+    )
     from tri_glide_kinematics.motion.tracking.moving_target import MovingTarget as MovingTarget
     from tri_glide_kinematics.motion.tracking.moving_target import TargetMotion as TargetMotion
     from tri_glide_kinematics.motion.tracking.moving_target import ToldPlaces as ToldPlaces

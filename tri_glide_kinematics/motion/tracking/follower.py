@@ -25,10 +25,6 @@ from tri_glide_kinematics.motion.tracking.velocity_tracking import VelocityTrack
 from tri_glide_kinematics.motion.trajectory import TrackedStep, gentler
 from tri_glide_kinematics.workspace import Workspace
 
-# How far ahead of a step its aim is, and at most [s].
-FOLLOW_HORIZON = 0.045
-LONGEST_HORIZON = 0.1
-
 # A step that is prepared has time for so many places of its way.
 PREPARED_SAMPLES = 100
 

@@ -20,6 +20,10 @@ from tri_glide_kinematics.motion.tracking.trend import (
 )
 from tri_glide_kinematics.vectors import Vector3, combined, cross, dot, minus, plus, scaled
 
+# How far ahead of a step its aim is, and at most [s].
+FOLLOW_HORIZON = 0.045
+LONGEST_HORIZON = 0.1
+
 
 class WantedVelocity(NamedTuple):
     """The platform is to move at this velocity.
