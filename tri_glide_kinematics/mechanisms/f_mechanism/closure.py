@@ -69,12 +69,6 @@ def derivatives(polynomial: Cubic, z: Number) -> tuple[Number, Number, Number]:
     )
 
 
-def evaluate(polynomial: Cubic, angle: float) -> tuple[float, float, float]:
-    """Value, first and second derivative at ``angle``."""
-    value, slope, curvature = derivatives(polynomial, cmath.rect(1.0, angle))
-    return value, slope, curvature
-
-
 # Rounding of the closure polynomial, relative to ``Closure.scale``.
 ROUNDING_ERROR = 8.0 * float(np.finfo(np.float64).eps)
 
