@@ -69,12 +69,6 @@ def derivatives(polynomial: Cubic, z: Number) -> tuple[Number, Number, Number]:
     )
 
 
-def evaluate(polynomial: Cubic, angle: float) -> tuple[float, float, float]:
-    """Value, first and second derivative at ``angle``."""
-    value, slope, curvature = derivatives(polynomial, cmath.rect(1.0, angle))
-    return value, slope, curvature
-
-
 # Rounding of the closure polynomial, relative to ``Closure.scale``.
 ROUNDING_ERROR = 8.0 * float(np.finfo(np.float64).eps)
 
@@ -263,9 +257,10 @@ def real_roots(polynomial: Cubic, tolerance: float) -> list[float] | None:
         del upper[0]
     if not upper:
         return []
-    powers = [*upper, polynomial[0], *(number.conjugate() for number in upper[::-1])]
+    powers = [*upper, polynomial[0], *[number.conjugate() for number in upper[::-1]]]
     companion = _COMPANION[: len(powers) - 1, : len(powers) - 1].copy()
-    companion[0] = [-power / powers[0] for power in powers[1:]]
+    factor = -1.0 / powers[0]
+    companion[0] = [factor * power for power in powers[1:]]
     roots, beside = [], []
     for z in np.linalg.eigvals(companion).tolist():
         size = abs(z)

@@ -219,11 +219,12 @@ def positions(linkage: Linkage, pins: CrankPins, crank_angle: float) -> list[Pos
     found: list[Position] = []
     largest_gap = RESIDUAL * linkage.size * min(linkage.rods)
     steps = [(after - before) % math.tau for before, after in zip(roots[-1:] + roots, roots)]
+    longest_correction = LONGEST_CORRECTION * min(steps, default=0.0)
     for angle in roots:
         z = direction(angle)
         v, sure = _rod_vector(linkage, pins, condition, z)
         position = refined(linkage, pins, position_of(linkage, pins, z, v), 3)
-        sure &= abs(position.z - z) <= LONGEST_CORRECTION * min(steps)
+        sure &= abs(position.z - z) <= longest_correction
         if not (sure and position.gap <= largest_gap):
             return exact_positions(linkage, pins)
         found.append(position)

@@ -170,11 +170,12 @@ def rod_jacobian(linkage: Linkage, pins: CrankPins, z: Number, v: Number) -> Rod
     r_c = v + zd_c - (pins.c - pins.a)
     # conj(p) q = p . q + i (p x q)
     bar_b, bar_c = r_b.conjugate(), r_c.conjugate()
+    _, length_b, length_c = linkage.rods
     rod_b, rod_c = -(bar_b * v).imag, -(bar_c * v).imag
     turn_b, turn_c = -(bar_b * zd_b).imag, -(bar_c * zd_c).imag
     return RodJacobian(
-        0.5 * ((bar_b * r_b).real - linkage.rods[1] ** 2),
-        0.5 * ((bar_c * r_c).real - linkage.rods[2] ** 2),
+        0.5 * ((bar_b * r_b).real - length_b * length_b),
+        0.5 * ((bar_c * r_c).real - length_c * length_c),
         rod_b,
         rod_c,
         turn_b,
