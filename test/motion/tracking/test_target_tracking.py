@@ -219,7 +219,12 @@ def to_and_fro(time: float, way: float, turns: float) -> MovingTarget:
 
 @pytest.mark.parametrize(
     ("way", "turns", "told", "largest"),
-    [(0.02, 1.0, 0.01, 2e-6), (0.05, 0.5, 0.01, 1e-6), (0.05, 0.5, 1.0 / 30.0, 1e-5)],
+    [
+        (0.02, 1.0, 0.01, 2e-6),
+        (0.05, 0.5, 0.01, 1e-6),
+        (0.05, 0.5, 1.0 / 30.0, 1e-5),
+        (0.05, 0.25, 0.06, 5e-5),
+    ],
 )
 def test_a_target_that_goes_to_and_fro_is_foreseen_and_followed_where_it_turns(
     way, turns, told, largest
