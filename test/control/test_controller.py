@@ -599,6 +599,36 @@ def test_a_pose_that_is_lost_is_no_end_though_each_is_early_or_late(rig, each):
     assert rig.states.count(TRACKING) == 1
 
 
+@in_pieces
+@pytest.mark.parametrize("gap", [0.002, 0.01])
+def test_a_second_pose_that_comes_soon_is_reached(rig, gap):
+    rig.pieces = 50
+    rig.controller.follow_pose((0.0, 0.0, 0.3), rig.now, rig.now)
+    rig.cycle(round(gap / PERIOD))
+    rig.controller.follow_pose(TARGET, rig.now, rig.now)
+    rig.cycle_until(IDLE)
+    assert MACHINE.forward(rig.heights) == pytest.approx(TARGET, abs=1e-9)
+
+
+@in_pieces
+@pytest.mark.parametrize("apart", [0.0, 0.001])
+def test_a_last_pose_that_is_told_again_is_reached_as_one_that_is_not(rig, apart):
+    rig.pieces = 50
+    begin, farthest = rig.now, 0.0
+    for _ in range(27):
+        seen, last = rig.now, (0.1 * (rig.now - begin), 0.0, 0.3)
+        follow_poses(rig, lambda last=last: last, 0.03)
+    for number in range(10):
+        rig.controller.follow_pose(last, seen + apart * number, rig.now)
+        for _ in range(round(0.03 / PERIOD)):
+            rig.cycle()
+            farthest = max(farthest, MACHINE.forward(rig.heights)[0])
+    rig.cycle_until(IDLE)
+    assert STOPPING not in rig.states
+    assert MACHINE.forward(rig.heights) == pytest.approx(last, abs=1e-9)
+    assert farthest - last[0] < 0.015
+
+
 def test_a_pose_that_is_older_than_the_last_is_refused_and_changes_nothing(rig):
     begin = rig.now
     follow_poses(rig, lambda: circling(rig, begin), 0.6)

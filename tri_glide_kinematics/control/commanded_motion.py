@@ -180,7 +180,7 @@ class CommandedMotion:
         """Follow poses that come at a rate, as a target that moves.
 
         The platform moves to the first pose as to any other, and to the last one once there come no
-        more. In between, a pose that comes too soon after another changes nothing.
+        more. In between, a pose that has the stamp of another, or one too near, changes nothing.
 
         Args:
             position: of the newest pose. Shape (3,) [m].
@@ -193,15 +193,22 @@ class CommandedMotion:
         if self._poses.is_late(seen):
             text = "the target pose is older, by its stamp, than the last one"
             raise CommandRefusedError(text, Refusal.STAMP)
-        self._pose_received, self._newest_pose = now, position
+        before, self._newest_pose = self._newest_pose, position
         if self._poses.is_soon(seen):
+            # As long as no velocity is known, it is moved to as the pose before it.
+            if not self._poses.interval and position != before:
+                self.move_to(position)
             return
+        # One that is told again is none: the last pose is moved to once there come no others.
+        self._pose_received = now
         velocity = self._poses.report(position, seen)
         if velocity is not None:
             self.track(position, velocity, seen, now)
             return
         self._streams.targets.receive(now)
         self._streams.targets.check_released()
+        # This is no silence of the poses before: the move may take some cycles to plan.
+        self._streams.targets.accept(now)
         self.move_to(position)
 
     def end_poses(self, now: float) -> None:

@@ -48,7 +48,8 @@ from tri_glide_kinematics.motion.limits import (
 )
 from tri_glide_kinematics.motion.shaped import LimitBounds
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
-from tri_glide_kinematics.motion.tracking import FOLLOW_HORIZON, LONGEST_HORIZON
+from tri_glide_kinematics.motion.tracking import FOLLOW_HORIZON, LONGEST_HORIZON, Follower
+from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace
 
@@ -230,6 +231,19 @@ def test_lower_limits_come_in_force_while_a_target_is_followed():
     followed(moving, lambda _: (OTHER, AT_REST), 0.9)
     assert moving.limits == LIMITS
     assert place(moving) == pytest.approx(OTHER, abs=1e-9)
+    assert moving.kept_limits
+
+
+def test_with_a_bound_that_waits_no_step_is_proved_in_a_cycle(monkeypatch):
+    """Each cycle of 2 ms took up to 10 ms of processor time until the bound was in force."""
+    moving = resting()
+    followed(moving, conveyor, 0.5)
+    slow = LIMITS.with_added(PlatformSpeedLimit(MACHINE, 0.05))
+    moving.set_limits(slow)
+    assert moving.limits_pending
+    monkeypatch.delattr(Follower, "step")
+    followed(moving, conveyor, 0.3, 0.5)
+    assert moving.limits == slow
     assert moving.kept_limits
 
 

@@ -235,7 +235,8 @@ class Tracking:
     @property
     def prepares_steps(self) -> bool:
         """Whether steps of tracking are prepared, as their proof takes longer than a cycle."""
-        return self._plans.shaped_plans.is_shaped or bool(self._holder.limits.sliders.added)
+        # Steps are proved for limits that wait to be kept, too.
+        return self._plans.shaped_plans.is_shaped or bool(self._holder.newest_limits.sliders.added)
 
     @property
     def _next_step_at(self) -> float:
