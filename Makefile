@@ -2,19 +2,17 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -o pipefail -c
 .DEFAULT_GOAL := help
-.PHONY: help env demo panel calibration-demo calm-demo pick-demo test test-no-nodes test-nodes test-properties test-jazzy test-kilted test-processors wheel test-wheel coverage release-check lint docs soak bench clean
+.PHONY: help env demo panel calibration-demo calm-demo pick-demo test test-no-nodes test-properties test-jazzy test-kilted test-processors wheel test-wheel coverage release-check lint docs soak bench clean
 
 IN_ENV := source ./env.sh &&
 
-# Tests without nodes, at the same time. Beside those with nodes half of the processors are enough.
-OTHER_TESTS ?= auto
 # Tests that start nodes, at the same time: they wait for more than half of their time.
 NODE_TESTS ?= 3
 # More options of pytest for tests that start nodes.
 NODE_OPTIONS ?=
 
 # Each core has tests of its own: threads within one test would only take them turns.
-test test-no-nodes test-nodes test-properties soak coverage: export OPENBLAS_NUM_THREADS := 1
+test test-no-nodes test-properties soak coverage: export OPENBLAS_NUM_THREADS := 1
 
 # Each run of pytest collects only what it runs.
 FILES_WITH = grep -rlE "$(1)" test --include="test_*.py"
@@ -40,17 +38,14 @@ pick-demo: env ## pick parts from a simulated belt that moves, and place them; w
 panel: env ## a simulated tri-glide, and the page in the browser that shows and drives it; Ctrl-C ends it
 	@$(IN_ENV) mkdir -p out && exec install/tri_glide_kinematics/lib/tri_glide_kinematics/panel --points out/taught_points.yaml
 
-test: ## all tests: mathematics and motion beside nodes as real processes, then what is timed
+test: test-no-nodes ## all tests: mathematics and motion on all cores, nodes as real processes, then what is timed
 	@scripts/find_browser.sh >/dev/null || echo "test: no browser is installed: the panel's tests in a browser are left out"
-	@$(MAKE) --no-print-directory --jobs=2 OTHER_TESTS=$$(( ($$(nproc) + 1) / 2 )) test-no-nodes test-nodes
-	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -m alone $(NODE_OPTIONS) $$($(call FILES_WITH,mark.alone))
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && python -m pytest -n $(NODE_TESTS) --dist loadfile --no-loadscope-reorder -m "nodes and not alone" $(NODE_OPTIONS) \
+		test/integration $$($(call FILES_WITH,mark.nodes) | grep -v ^test/integration) \
+		&& exec python -m pytest -m alone $(NODE_OPTIONS) $$($(call FILES_WITH,mark.alone))
 
 test-no-nodes: env ## all tests that start no nodes
-	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n $(OTHER_TESTS) -m "not nodes and not alone" --ignore=test/integration
-
-test-nodes: env ## all tests that start nodes, but for what is timed
-	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n $(NODE_TESTS) --dist loadfile --no-loadscope-reorder \
-		-m "nodes and not alone" $(NODE_OPTIONS) test/integration $$($(call FILES_WITH,mark.nodes) | grep -v ^test/integration)
+	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n auto -m "not nodes and not alone" --ignore=test/integration
 
 test-properties: env ## the laws that hold for all machines, and the public names: what other versions of libraries may break
 	@$(IN_ENV) unset PYTHONDONTWRITEBYTECODE && exec python -m pytest -n auto -m "not nodes and not alone" $$(scripts/properties.sh)

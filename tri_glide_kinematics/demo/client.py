@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -141,22 +142,30 @@ def ros_that_ctrl_c_ends() -> Iterator[None]:
     """Use rclpy, and leave Ctrl-C to it: an exception raised within its C++ code may get lost.
 
     Raises:
-        KeyboardInterrupt: if the signal came, whatever else went wrong then.
+        BaseException: what the handler that was there raises, if a signal came that ends this
+            process, whatever else went wrong then.
     """
-    # rclpy calls the handler that it finds beside its own.
-    before = signal.signal(signal.SIGINT, lambda *_: None)
+    came: list[int] = []
+    # rclpy calls the handlers that it finds beside its own.
+    before = {
+        number: signal.signal(number, lambda number, _: came.append(number))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
     rclpy.init()
     try:
+        if came:
+            # Too early for rclpy to hear it.
+            shut_down()
         yield
     except Exception:
         if ok():
             raise
     finally:
-        interrupted = not ok()
         shut_down()
-        signal.signal(signal.SIGINT, before)
-    if interrupted:
-        raise KeyboardInterrupt
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if came:
+            os.kill(os.getpid(), came[0])
 
 
 @contextmanager
