@@ -31,8 +31,7 @@ from soak import combined, corners, some
 
 from benchmarks import followed as bench
 from benchmarks.judge import LIMITS as SOAKED_LIMITS
-from benchmarks.judge import UNEQUAL as SOAKED_UNEQUAL
-from benchmarks.judge import UNEQUAL_LIMITS, WIDE
+from benchmarks.judge import WIDE
 from benchmarks.soak import engine_at
 from benchmarks.soak_follow import Case, driven
 from testing.plain_follower import dead, forth_and_back, gentle
@@ -449,34 +448,6 @@ def test_far_from_the_middle_the_platform_is_not_led_aside_and_past_the_end(
     case = Case(motion, np.array(start), np.array(way), *times, Workspace(MACHINE, WIDE), limits)
     for horizon in some((FOLLOW_HORIZON, 0.0, LONGEST_HORIZON), 1):
         assert driven(case, horizon).ratio < 1.0
-
-
-@pytest.mark.parametrize(
-    ("start", "way", "times"),
-    [
-        # It went 1.0, 0.4 and 8.5 mm past the end; 0.8, 0.3 and 7.3 are allowed.
-        (
-            (0.03200935, 0.15290133, 0.44160959),
-            (-0.00124791, 0.00229685, 0.00106658),
-            (0.237996333, 0.078838227, 0.002),
-        ),
-        (
-            (0.02293515, -0.0443237, 0.27181723),
-            (-0.00209491, 0.0005517, -0.00616455),
-            (0.198757173, 0.040314192, 0.001),
-        ),
-        (
-            (0.03512542, -0.04438193, 0.19840263),
-            (-0.02611467, -0.05829726, 0.01809016),
-            (0.52435652, 0.097381741, 0.001),
-        ),
-    ],
-)
-def test_a_target_of_a_few_reports_is_not_dived_below(start, way, times):
-    """It was foreseen to become faster and faster, and then to go on as fast as told last."""
-    workspace = Workspace(TriGlide(SOAKED_UNEQUAL), WIDE)
-    case = Case(gentle, np.array(start), np.array(way), *times, workspace, UNEQUAL_LIMITS)
-    assert driven(case).ratio < 1.0
 
 
 def test_a_target_that_hardly_moves_is_no_noise():

@@ -48,8 +48,6 @@ class MovingTarget(NamedTuple):
         noise: mean error of the position [m] and of the velocity [m/s], as told of late.
         jerk: with which the acceleration changes. Shape (3,) [m/s^3].
         sure: how sure it is, from 0 to 1, that the errors are noise.
-        doubtful: for how long it is foreseen to become faster after that alone has led it as far
-            ahead as the lead [s].
     """
 
     position: Vector3
@@ -59,7 +57,6 @@ class MovingTarget(NamedTuple):
     noise: tuple[float, float] = (0.0, 0.0)
     jerk: Vector3 = ZERO
     sure: float = 0.0
-    doubtful: float = 0.0
 
     def after(self, time: float) -> MovingTarget:
         """Return the target some ``time`` later, or earlier if negative, if it goes on so [s]."""
@@ -373,10 +370,7 @@ class TargetMotion:
             place = combined(1.0, place, past - lasts, velocity)
             acceleration = jerk = ZERO
         lead, sure = self._told.lead, self._velocity.sure
-        faster, doubtful = dot(value, rate), 0.0
-        if faster > 0.0:
-            doubtful = max(changing - sqrt(2.0 * lead * hypot(*value) / faster), 0.0)
-        return MovingTarget(place, velocity, acceleration, lead, self._noise, jerk, sure, doubtful)
+        return MovingTarget(place, velocity, acceleration, lead, self._noise, jerk, sure)
 
 
 # A twist is led by this part of itself at most: what turns more from one to the next is no turn.

@@ -30,14 +30,13 @@ from tri_glide_kinematics.motion.tracking.slider_way import (
     SliderWay,
     is_near,
     mildest_way_onto,
-    to_zero,
     way_of,
     way_onto,
     within,
 )
 from tri_glide_kinematics.motion.tracking.straight_motion import approach, slider_line, way_to_rest
 from tri_glide_kinematics.motion.trajectory import RuckigPlanner, cut_to
-from tri_glide_kinematics.vectors import Vector3, combined
+from tri_glide_kinematics.vectors import Vector3
 from tri_glide_kinematics.workspace import Workspace
 
 # What the target may take of the limits: there is always something left to catch up with. A
@@ -142,7 +141,7 @@ class TargetTracking:
             KinematicsError: if the machine has no pose at the target, a number is not finite, or
                 the target is far away and outside the workspace.
         """
-        position, velocity, acceleration, lead, noise, jerk, sure, doubtful = target
+        position, velocity, acceleration, lead, noise, jerk, sure = target
         machine = self._workspace.machine
         heights, rates, bends, twists = slider_line(machine, position, velocity)
         if any(acceleration):
@@ -185,12 +184,6 @@ class TargetTracking:
         left = min((e.acceleration(place) for e in limits.added for place in places), default=inf)
         bounds = [(fastest, min(most, left), jerk) for fastest, most, jerk in limits.of_sliders]
         caught = self._catch_up(own, wanted, bounds, period)
-        if doubtful > 0.0:
-            # It may end instead, as suddenly.
-            velocity = combined(1.0, velocity, -doubtful, acceleration)
-            position = combined(1.0, position, -0.5 * doubtful * doubtful, acceleration)
-            heights, rates = machine.inverse_velocity(position, velocity)
-            wanted = list(zip(heights, rates, bends))
         speed = hypot(*velocity)
         if speed > 0.0 and lead < inf:
             # The sliders' size of it, where the platform goes as fast as it may.
@@ -285,23 +278,13 @@ class TargetTracking:
         passing[0] = min(passing[0], approach(way + EDGE_CLEARANCE, *bounds_along).speed)
         # On a curve it goes on across; a target that slows down is not run after.
         bend, *aside = _turned(frame, bends)
-        passing = [within(rate, bound) for rate, bound in zip(passing, fastest)]
-        bent = [within(a, FRACTION_OF_BEND * b) for a, b in zip((min(bend, 0.0), *aside), most)]
         found = self._ruckig.to_pass(
             aims,
-            passing,
+            [within(rate, bound) for rate, bound in zip(passing, fastest)],
             list(zip(heights, velocities, accelerations)),
             (limits[0], limits[1], limits[2]),
-            bent,
+            [within(a, FRACTION_OF_BEND * b) for a, b in zip((min(bend, 0.0), *aside), most)],
         )
-        # So near to a target, what is too fast would brake to a stop before it, and run after.
-        speed, acceleration, bend = velocities[0], accelerations[0], bent[0]
-        slower = to_zero(
-            speed - passing[0], acceleration - bend, -most[0] - bend, most[0] - bend, limits[2][0]
-        )
-        way, needed = aims[0] - heights[0], way_of(speed, acceleration, slower).displacement
-        if way < min(needed, ONWARDS * passing[0]):
-            found[0] = slower
         third = period / 3.0
         jerks = []
         for acceleration, phases in zip(accelerations, found):

@@ -182,14 +182,9 @@ class Trend:
         if is_new:
             self._count = 0
         if is_new or interval > lost * LONGEST_BEND:
-            # From what went on otherwise to this is no slope, but a jump. What is told so rarely
-            # and has become slower is taken to go on so until it rests: it may be about to end.
+            # From what went on otherwise to this is no slope, but a jump.
             jumps, self._went_on = is_new and self._went_on, True
-            if jumps:
-                slows = interval > LONGEST_BEND and -inf < dot(slope, value) < 0.0
-                rests = hypot(*value) / interval
-                slope = scaled(slope, min(rests / hypot(*slope), 1.0)) if slows else ZERO
-            self.restart(value, ZERO if self._by_hand else slope)
+            self.restart(value, ZERO if jumps or self._by_hand else slope)
             return is_new
         if self._slope is not None:
             # Of what is told itself, as the errors depend on what was kept.
