@@ -58,7 +58,7 @@ def test_what_is_no_file_is_told(tmp_path):
     with pytest.raises(OSError, match="no regular file"):
         replace_file(tmp_path, "# Ours.\n")
     for write in (replace_file, write_file):
-        with pytest.raises(FileNotFoundError):
+        with pytest.raises(FileNotFoundError, match=r"no/file'$"):
             write(tmp_path / "no" / "file", "# Ours.\n")
 
 

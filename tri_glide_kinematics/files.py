@@ -164,7 +164,9 @@ def _naming(file: str | Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        error.filename, error.filename2 = str(file), None
+        # Of a rename there are two.
+        del error.filename2
+        error.filename = str(file)
         raise
 
 

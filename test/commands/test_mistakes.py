@@ -22,6 +22,7 @@ FILES = {
     "long.nc": "G1 X1 F100\nG4 P60\nM2\n",
     "short.nc": "G1 X1 F100\nM2\n",
     "twice.nc": "G0 X1\nG1 X2 X3 F600\nM2\n",
+    "swing_1.csv": "0.0, 0.0\n",
 }
 SWING = "config/ringdown_example.csv"
 TOUCHES = "config/measurements_example.yaml"
@@ -94,6 +95,7 @@ def answer(tmp_path, monkeypatch, capsys):
         (f"draw_machine {MACHINE} --output . --glb {MACHINE}", f"{MACHINE}: is read: "),
         (f"describe_machine {MACHINE} --mjcf ./{MACHINE}", f"{MACHINE}: is read: "),
         (f"ringdown {SWING} --picture {SWING}", f"{SWING}: is read: "),
+        ("ringdown swing_1.csv swing_1.csv --picture swing.csv", "swing_1.csv: is read: "),
         (f"size --cylinder 0.1 0.12 {MOTION} --write rest.nc", "cannot write to rest.nc: it is"),
     ],
 )

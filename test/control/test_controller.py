@@ -1,6 +1,7 @@
 """The controller with the real engine and a clock of our own: no process, no waiting."""
 
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -671,6 +672,33 @@ def test_after_a_stop_poses_at_a_rate_need_a_pause(rig):
     rig.cycle(round(LEAST_PAUSE / PERIOD) + 1)
     follow_poses(rig, lambda: circling(rig, begin), 0.3)
     assert rig.controller.state is TRACKING
+
+
+@in_pieces
+def test_after_a_stop_poses_that_were_held_up_for_less_than_a_pause_move_nothing(rig):
+    begin = rig.now
+    follow_poses(rig, lambda: circling(rig, begin), 0.6, 0.01)
+    rig.controller.stop()
+    rig.cycle_until(IDLE)
+    stopped = rig.heights
+    for pause in (0.0, 0.3):
+        rig.cycle(round(pause / PERIOD))
+        for _ in range(50):
+            with suppress(CommandRefusedError):
+                follow_poses(rig, lambda: circling(rig, begin), 0.01, 0.01)
+            rig.cycle(round(0.01 / PERIOD))
+    assert rig.heights == stopped
+
+
+@in_pieces
+def test_after_a_stop_a_second_pose_needs_a_pause(rig):
+    rig.controller.follow_pose((0.0, 0.0, 0.3), rig.now, rig.now)
+    rig.cycle(2)
+    rig.controller.stop()
+    rig.cycle_until(IDLE)
+    rig.controller.measured(rig.measured, rig.now)
+    with pytest.raises(CommandRefusedError, match="needs a pause"):
+        rig.controller.follow_pose(TARGET, rig.now, rig.now)
 
 
 def test_the_end_of_poses_moves_nothing_else(rig):

@@ -73,9 +73,10 @@ def _draw(options: argparse.Namespace) -> None:
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     file, parameters = find_file(options.file), find_file(options.parameters)
-    check_apart((file, parameters, options.settings), (options.csv, options.mcap))
+    settings = options.settings and find_file(options.settings)
+    check_apart((file, parameters, settings), (options.csv, options.mcap))
     values = file_values(str(parameters), options.node, IK_NODE)
-    work = load_work(file, load_own_settings(options.settings), options.unit)
+    work = load_work(file, load_own_settings(settings), options.unit)
     if work.frame not in ("", values["base_frame"]):
         raise KinematicsError(
             f"{file}: its places are in the frame {work.frame}, and where that is from "

@@ -98,7 +98,8 @@ def _find(options: argparse.Namespace) -> None:
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     files = [find_file(file) for file in options.files]
-    check_apart(files, (options.picture,))
+    pictures = _pictures(options.picture, len(files))
+    check_apart(files, pictures)
     recordings = [load_recording(file, options.unit) for file in files]
     swings = [find_modes(each.between(options.start, options.end)) for each in recordings]
     found = combine_modes(swings) if len(swings) > 1 else swings[0]
@@ -107,15 +108,12 @@ def _find(options: argparse.Namespace) -> None:
         print(f"{title}{ringdown_report(swing)}\n")
     if isinstance(found, CombinedModes):
         print(f"All swings together\n{combined_report(found)}\n")
-    if options.picture is not None:
+    if pictures:
         from tri_glide_kinematics.figures import ringdown_figure
         from tri_glide_kinematics.picture_commands import save_figure
 
         options.picture.parent.mkdir(parents=True, exist_ok=True)
-        for number, swing in enumerate(swings, 1):
-            picture = options.picture
-            if len(swings) > 1:
-                picture = picture.with_name(f"{picture.stem}_{number}{picture.suffix}")
+        for picture, swing in zip(pictures, swings):
             save_figure(ringdown_figure(swing), picture, 110)
             print(f"picture: {picture}")
     if found.reason is not None:
@@ -129,6 +127,14 @@ def _find(options: argparse.Namespace) -> None:
     print(f"parameter file for ik_node: {options.write}")
     start = "next: ros2 run tri_glide_kinematics ik_node --ros-args --params-file my_machine.yaml"
     print(f"{start} --params-file {shlex.quote(str(options.write))}")
+
+
+def _pictures(picture: Path | None, count: int) -> list[Path]:
+    """Return the files of the pictures of so many swings."""
+    if picture is None or count == 1:
+        return [picture] if picture else []
+    names = (f"{picture.stem}_{number}{picture.suffix}" for number in range(1, count + 1))
+    return [picture.with_name(name) for name in names]
 
 
 def _measured(by_heights: bool) -> Sequence[Path]:

@@ -197,7 +197,7 @@ class CommandedMotion:
         if self._poses.is_soon(seen):
             # As long as no velocity is known, it is moved to as the pose before it.
             if not self._poses.interval and position != before:
-                self.move_to(position)
+                self._move_to_pose(position, now)
             return
         # One that is told again is none: the last pose is moved to once there come no others.
         self._pose_received = now
@@ -205,6 +205,10 @@ class CommandedMotion:
         if velocity is not None:
             self.track(position, velocity, seen, now)
             return
+        self._move_to_pose(position, now)
+
+    def _move_to_pose(self, position: Vector3, now: float) -> None:
+        """Move to one of the poses, of which no velocity is known; raises as ``follow_pose``."""
         self._streams.targets.receive(now)
         self._streams.targets.check_released()
         # This is no silence of the poses before: the move may take some cycles to plan.

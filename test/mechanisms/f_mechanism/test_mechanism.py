@@ -183,6 +183,8 @@ def test_self_motion_is_said(mechanism):
         mechanism.poses(0.3)
     assert caught.value.crank_angle == 0.3
     batch = mechanism.poses_batch([0.3, 1.0])
+    with pytest.raises(IndexError, match="slot 0 has no position: row 1 has 0"):
+        batch.pose(1, 0)
     assert batch.self_motion.tolist() == [True, True]
     assert batch.counts.tolist() == [0, 0]
 

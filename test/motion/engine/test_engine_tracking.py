@@ -48,7 +48,6 @@ from tri_glide_kinematics.motion.limits import (
 from tri_glide_kinematics.motion.shaped import LimitBounds
 from tri_glide_kinematics.motion.shaping import Mode, Shaper, ShaperKind
 from tri_glide_kinematics.motion.tracking import FOLLOW_HORIZON, LONGEST_HORIZON, Follower
-from tri_glide_kinematics.tri_glide import TriGlide
 from tri_glide_kinematics.vectors import FloatArray
 from tri_glide_kinematics.workspace import OutsideWorkspaceError, Workspace
 

@@ -162,7 +162,8 @@ def survey(linkage: Linkage, samples: int) -> FMechanismOverview:
         row, slot = divmod(first_largest(strength), strength.shape[1])
         pose = poses.pose(row, slot)
         found = _whole_branch(linkage, pose, spacing, patience)
-        if abs(pose.singularity) < NEARLY_SINGULAR and not any(one.closed for one in found):
+        unclosed = not any(one.closed for one in found)
+        if unclosed and abs(pose.singularity) < NEARLY_SINGULAR and next(patience, None) is None:
             # Nor will it be from those that are left: they are still nearer to singular ones.
             break
         missing[row, slot] = False

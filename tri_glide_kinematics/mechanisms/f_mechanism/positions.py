@@ -142,7 +142,13 @@ class FMechanismPoses:
     linkage: Linkage
 
     def pose(self, row: int, slot: int) -> FMechanismPose:
-        """One position by itself."""
+        """One position by itself.
+
+        Raises:
+            IndexError: if ``slot`` is not below ``counts[row]``.
+        """
+        if not 0 <= slot < self.counts[row]:
+            raise IndexError(f"slot {slot} has no position: row {row} has {self.counts[row]}")
         columns = self.angle, self.position, self.double
         angle, position, double = (column[row, slot].tolist() for column in columns)
         return pose_at(self.linkage, float(self.crank_angles[row]), angle, position, double)
