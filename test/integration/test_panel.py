@@ -3,6 +3,7 @@
 import json
 import re
 import signal
+import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -81,10 +82,11 @@ def still_scene_of(page: Page) -> Pixels:
 
     def is_still() -> bool:
         nonlocal last
+        time.sleep(0.5)
         last, before = scene_of(page), last
         return difference(before, last) < 3
 
-    wait_until(is_still, "a scene that does not change", 0.5)
+    wait_until(is_still, "a scene that does not change")
     return last
 
 
