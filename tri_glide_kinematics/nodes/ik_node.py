@@ -413,7 +413,8 @@ class IkNode(Node):
     def _on_others(self, reason: Reason | None) -> None:
         self._controller.set_obstacle(reason)
         self._reports.tell()
-        # Poses are a stream where they are followed; elsewhere each is a move, whoever sends it.
+        # Poses, the first of them, are a stream where they are followed; elsewhere each is a move,
+        # whoever sends it.
         poses = self._reliable_topics[:1] if self._follow_poses else ()
         remarks = [
             f"{count} publishers of {topic}: the newest message wins"

@@ -65,6 +65,7 @@ class CubicPlan(Trajectory):
         for start, end in pairwise(starts):
             first, second, third = (slider.at(start, 0.5 * (start + end)) for slider in sliders)
             rows.append((start, end, *first, *second, *third))
+        # What steps read, which along a straight way is something else, and what the sliders do.
         self._rows = rows
         self._pieces = rows
         # The piece that was asked for last: the next instant is nearly always in the same.
